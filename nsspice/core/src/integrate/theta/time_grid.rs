@@ -222,6 +222,11 @@ pub(in crate::integrate) fn slopes(waveforms: &[Waveform], t: f64, out: &mut [f6
     }
 }
 
+/// The slope of every waveform to the right of `t`.
+pub(in crate::integrate) fn slopes_at(waveforms: &[Waveform], t: f64) -> Vec<f64> {
+    waveforms.iter().map(|w| w.slope(t)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

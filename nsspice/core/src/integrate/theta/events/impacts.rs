@@ -8,6 +8,7 @@
 //! follows there, and if anything jumps, the rest of the step goes on from where it led.
 
 use crate::integrate::theta::instants::jumps::{StateJump, IMPACT};
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::integrate::theta::step_length::{Stage, System};
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::{evaluate, Target};
@@ -108,7 +109,7 @@ impl Stepper {
         };
         let mut parts = Vec::new();
         for i in changed {
-            if self.strikes(i, &before) {
+            if self.jumps().strikes(i, &before) {
                 parts.extend(self.instant(i, before[i], &begin));
             }
         }
@@ -147,55 +148,14 @@ impl Stepper {
         self.solve_step(length).ok()?;
         let state = (self.state.z.clone(), self.state.l.clone(), self.recorder.rates.clone());
         let sources = std::mem::replace(&mut self.state.u0, self.state.u1.clone());
-        let state_jump = self.find_state_jump(None, IMPACT, Start::Warm).ok();
+        let state_jump = self.jumps().find_state_jump(None, IMPACT, Start::Warm).ok();
         self.state.u0 = sources;
-        let state_jump =
-            state_jump.filter(|l| self.noticed(None, [&state.0, &l.first, &l.after], &[]))?;
+        let state_jump = state_jump
+            .filter(|l| self.jumps().noticed(None, [&state.0, &l.first, &l.after], &[]))?;
         (self.state.z, self.state.l, self.recorder.rates) = state;
         let label = if whole { target.label } else { time };
         let cut = Target { time, label, length, row: whole && target.row, jump: false };
         Some(Cut { target: cut, state_jump })
-    }
-
-    /// Whether a pair that changes in this mode meets something that moves: its slack follows its
-    /// multiplier by two integrations or more, or the reverse where it opens.
-    fn strikes(&mut self, i: usize, mode: &[bool]) -> bool {
-        if self.instants.impacts.harmless[i] >= LOOKS {
-            return false;
-        }
-        let shortest = self.schedule.step_length.min(self.facts.fastest);
-        let [short, long] = LENGTHS.map(|part| self.response(i, mode, part * shortest));
-        let power = (long / short).abs().log2();
-        let found = if mode[i] { power < -POWER } else { power > POWER };
-        self.instants.impacts.harmless[i] += u8::from(!found);
-        found
-    }
-
-    /// Slack of a pair per unit of its multiplier in a short step, the other pairs as in a mode.
-    fn response(&mut self, i: usize, mode: &[bool], length: f64) -> f64 {
-        let n = self.state.z.len();
-        let mut mode = mode.to_vec();
-        mode[i] = false;
-        let mut stage = Stage::new(&self.solver.sys, length, true, &self.solver.constants);
-        let factor = stage.factor(&mode, 1);
-        if !factor.regular() {
-            return f64::NAN;
-        }
-        let linear = &self.solver.sys.linear;
-        let mut x = vec![0.0; self.solver.scratch.x.len()];
-        let (rows, values) = linear.a.col(i);
-        rows.iter().zip(values).for_each(|(&r, v)| x[r] -= v);
-        let (pairs, values) = linear.d.col(i);
-        for (&k, v) in pairs.iter().zip(values).filter(|e| mode[*e.0]) {
-            x[n + k] -= v;
-        }
-        factor.solve(&mut x, &mut self.solver.scratch.work);
-        x[n + i] = 1.0;
-        let (z, l) = x.split_at(n);
-        let mut w = vec![0.0; l.len()];
-        linear.b.mul_add(-1.0, z, &mut w);
-        linear.d.mul_add(1.0, l, &mut w);
-        w[i]
     }
 
     /// The part of a step after which a pair changes: the last found at which it has not.
@@ -256,5 +216,48 @@ impl Stepper {
         let q = &self.solver.sys.linear.q;
         let solved = stage.driver.solve(&rhs, q, &roles, &mut z, &mut l, start).ok()?;
         (!solved.needs_certificate).then(|| self.guard(i, conducts, &z, &l))
+    }
+}
+
+impl StateJumps<'_> {
+    /// Whether a pair that changes in this mode meets something that moves: its slack follows its
+    /// multiplier by two integrations or more, or the reverse where it opens.
+    fn strikes(&mut self, i: usize, mode: &[bool]) -> bool {
+        if self.instants.impacts.harmless[i] >= LOOKS {
+            return false;
+        }
+        let shortest = self.step_length.min(self.facts.fastest);
+        let [short, long] = LENGTHS.map(|part| self.response(i, mode, part * shortest));
+        let power = (long / short).abs().log2();
+        let found = if mode[i] { power < -POWER } else { power > POWER };
+        self.instants.impacts.harmless[i] += u8::from(!found);
+        found
+    }
+
+    /// Slack of a pair per unit of its multiplier in a short step, the other pairs as in a mode.
+    fn response(&mut self, i: usize, mode: &[bool], length: f64) -> f64 {
+        let n = self.state.z.len();
+        let mut mode = mode.to_vec();
+        mode[i] = false;
+        let mut stage = Stage::new(&self.solver.sys, length, true, &self.solver.constants);
+        let factor = stage.factor(&mode, 1);
+        if !factor.regular() {
+            return f64::NAN;
+        }
+        let linear = &self.solver.sys.linear;
+        let mut x = vec![0.0; self.solver.scratch.x.len()];
+        let (rows, values) = linear.a.col(i);
+        rows.iter().zip(values).for_each(|(&r, v)| x[r] -= v);
+        let (pairs, values) = linear.d.col(i);
+        for (&k, v) in pairs.iter().zip(values).filter(|e| mode[*e.0]) {
+            x[n + k] -= v;
+        }
+        factor.solve(&mut x, &mut self.solver.scratch.work);
+        x[n + i] = 1.0;
+        let (z, l) = x.split_at(n);
+        let mut w = vec![0.0; l.len()];
+        linear.b.mul_add(-1.0, z, &mut w);
+        linear.d.mul_add(1.0, l, &mut w);
+        w[i]
     }
 }

@@ -11,7 +11,7 @@
 
 use super::storage::Storage;
 use crate::descriptor::Linear;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::mlcp::{Driver, Problem, Start};
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
@@ -106,7 +106,7 @@ impl Instant<'_> {
     }
 }
 
-impl Stepper {
+impl StateJumps<'_> {
     /// Moves potentials, and what has no storage, so that the laws of groups of capacitors hold; what
     /// these leave open stays where it is.
     pub(in crate::integrate) fn tie_groups(&mut self) {

@@ -78,7 +78,7 @@ impl Stepper {
         let mode = self.state.active.clone();
         self.state.z.copy_from_slice(z);
         // what should vanish, but does not quite where the last mode ended, is thrown out
-        let Ok(state_jump) = self.state_jump(None, JUMP, shortest, Start::Warm) else {
+        let Ok(state_jump) = self.jumps().state_jump(None, JUMP, shortest, Start::Warm) else {
             return false;
         };
         if self.state.active != mode {

@@ -6,7 +6,7 @@
 
 use super::jumps::{StateJump, JUMP};
 use super::values::{Rest, Settled};
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
 use crate::tolerances::{CLEARLY, NO_JUMP};
@@ -26,7 +26,7 @@ pub(in crate::integrate) fn values_after(
     after.iter().zip(settled.rates()).map(|(z, rate)| z - span * rate).collect()
 }
 
-impl Stepper {
+impl StateJumps<'_> {
     /// Whether a reinitialising step has moved anything but as motion does.
     pub(in crate::integrate) fn has_jumped(
         &mut self,
@@ -76,10 +76,10 @@ impl Stepper {
                 old.clear();
                 old.extend_from_slice(charges);
             }
-            None => self.solver.store_at(&self.state, before, old),
+            None => self.solver.store_at(self.state, before, old),
         }
-        self.solver.store_at(&self.state, first, once);
-        self.solver.store_at(&self.state, after, new);
+        self.solver.store_at(self.state, first, once);
+        self.solver.store_at(self.state, after, new);
         // what rounding of the largest voltage (current) makes of each charge (flux)
         let (kinds, largest) =
             (&self.solver.sys.linear.row_kind, self.solver.sys.largest(&[after, values]));
@@ -173,9 +173,9 @@ impl Stepper {
         state_jumps: [&StateJump; 2],
     ) -> bool {
         let old =
-            charges.map_or_else(|| self.solver.stored_at(&self.state, before), <[f64]>::to_vec);
+            charges.map_or_else(|| self.solver.stored_at(self.state, before), <[f64]>::to_vec);
         let [once, again] =
-            state_jumps.map(|state_jump| self.solver.stored_at(&self.state, &state_jump.after));
+            state_jumps.map(|state_jump| self.solver.stored_at(self.state, &state_jump.after));
         let kinds = &self.solver.sys.linear.row_kind;
         let largest = |a: &[f64], b: &[f64], of: usize| {
             let rows = a.iter().zip(b).zip(kinds).filter(|row| usize::from(*row.1) == of);

@@ -4,6 +4,7 @@ use super::jump_test::values_after;
 use super::short_steps::Short;
 use super::values::{Rest, Settled, CLOSE, HELD};
 use crate::integrate::theta::failure::{Failure, Outcome};
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::integrate::theta::step_length::System;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
@@ -141,48 +142,9 @@ impl Stepper {
         }
         let before = self.state.z.clone();
         let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
-        let state_jump = self.find_state_jump(charges, part, start)?;
+        let state_jump = self.jumps().find_state_jump(charges, part, start)?;
         self.enter(charges, before, state_jump);
         Ok(())
-    }
-
-    /// The reinitialising step from the present state, which is left undefined; the first steps have
-    /// this part of the shortest time.
-    pub(in crate::integrate) fn find_state_jump(
-        &mut self,
-        charges: Option<&[f64]>,
-        part: f64,
-        start: Start,
-    ) -> Result<StateJump, Box<Failure>> {
-        let shortest = self.shortest_time();
-        let begun = (self.state.z.clone(), self.state.l.clone());
-        let stored =
-            charges.map_or_else(|| self.solver.stored_at(&self.state, &begun.0), <[f64]>::to_vec);
-        let now = self.solver.sys.largest(&[&stored]);
-        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
-        // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
-        if charges.is_none() && !self.instants.impacts.active {
-            if let Some(still) = self.unmoved(&begun, shortest) {
-                return Ok(still);
-            }
-            (self.state.z, self.state.l) = begun.clone();
-        }
-        let state_jump = self.state_jump(charges, part, shortest, start)?;
-        let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
-        // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
-        let strikes = charges.is_none() && self.instants.impacts.active;
-        let struck = strikes && self.has_jumped(charges, &begun.0, &state_jump);
-        if struck {
-            (self.state.z, self.state.l) =
-                (state_jump.after.clone(), state_jump.multipliers.clone());
-            if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
-                state_jump = state_jump.and(next);
-            }
-        }
-        // motion of so long a step has to come once more
-        let moved = strikes && !struck && state_jump.rest >= Rest::Bent;
-        let still = if moved { self.unmoved(&begun, shortest) } else { None };
-        Ok(still.unwrap_or(state_jump))
     }
 
     /// Goes where a reinitialising step has led, and notes what jumped.
@@ -195,7 +157,7 @@ impl Stepper {
         let StateJump { first, after, impulses, length, span, shortest, settled, .. } = state_jump;
         let values = settled.as_ref().map_or(&[][..], |s| &s.z);
         let begun = values_after(&after, span, settled.as_ref());
-        if self.noticed(charges, [&before, &first, &begun], values) {
+        if self.jumps().noticed(charges, [&before, &first, &begun], values) {
             self.solver.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
                 let [unknowns, multipliers, functions] = impulses;
@@ -231,7 +193,7 @@ impl Stepper {
             // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
             // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
             // picofarad across a closed switch, of which charges beside it tell nothing: more than the certificate grants
-            let [volts, _] = self.scale_of(&after);
+            let [volts, _] = self.jumps().scale_of(&after);
             let most = if volts > 0.0 { CLOSE * volts } else { f64::INFINITY };
             let kinds = &self.solver.sys.linear.row_kind;
             let slack = |j: usize| if kinds[j] == 0 { most } else { f64::INFINITY };
@@ -241,7 +203,7 @@ impl Stepper {
         if let Some(smooth) = &mut self.solver.smooth {
             smooth.after_jump(&self.state.z, &settled.functions, u, time, settled.length);
         }
-        self.tie_groups();
+        self.jumps().tie_groups();
         if self.recorder.samples.jumped() {
             self.state.u1.copy_from_slice(&self.state.u0);
             // a state, not a step; the short one tells what its rounding is measured by
@@ -249,6 +211,69 @@ impl Stepper {
             self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
             self.record(-settled.length);
         }
+    }
+
+    /// Applies the switch laws until they agree with the state; a first look at the switches has told
+    /// whether one has changed.
+    pub(in crate::integrate) fn settle_after(&mut self, mut changed: bool) -> Outcome {
+        for round in 0..MAX_REACTIONS {
+            if !changed {
+                return Ok(());
+            }
+            if self.facts.static_system || self.schedule.sweeping {
+                self.state.u1.copy_from_slice(&self.state.u0);
+                self.solver.solve_static(&mut self.state, Start::Warm)?;
+            } else {
+                self.impulse_or_leave()?;
+            }
+            changed = self.react_in(round);
+        }
+        if changed {
+            self.solver.stats.chatter += 1;
+            return Err(self.unsettled());
+        }
+        Ok(())
+    }
+}
+
+impl StateJumps<'_> {
+    /// The reinitialising step from the present state, which is left undefined; the first steps have
+    /// this part of the shortest time.
+    pub(in crate::integrate) fn find_state_jump(
+        &mut self,
+        charges: Option<&[f64]>,
+        part: f64,
+        start: Start,
+    ) -> Result<StateJump, Box<Failure>> {
+        let shortest = self.shortest_time();
+        let begun = (self.state.z.clone(), self.state.l.clone());
+        let stored =
+            charges.map_or_else(|| self.solver.stored_at(self.state, &begun.0), <[f64]>::to_vec);
+        let now = self.solver.sys.largest(&[&stored]);
+        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
+        // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
+        if charges.is_none() && !self.instants.impacts.active {
+            if let Some(still) = self.unmoved(&begun, shortest) {
+                return Ok(still);
+            }
+            (self.state.z, self.state.l) = begun.clone();
+        }
+        let state_jump = self.state_jump(charges, part, shortest, start)?;
+        let mut state_jump = self.without_motion(charges, &begun, state_jump, shortest, start);
+        // a gap closes at the end of the step, not at its begin: what it had left is speed that the next one does not see
+        let strikes = charges.is_none() && self.instants.impacts.active;
+        let struck = strikes && self.has_jumped(charges, &begun.0, &state_jump);
+        if struck {
+            (self.state.z, self.state.l) =
+                (state_jump.after.clone(), state_jump.multipliers.clone());
+            if let Ok(next) = self.state_jump(None, part, shortest, Start::Warm) {
+                state_jump = state_jump.and(next);
+            }
+        }
+        // motion of so long a step has to come once more
+        let moved = strikes && !struck && state_jump.rest >= Rest::Bent;
+        let still = if moved { self.unmoved(&begun, shortest) } else { None };
+        Ok(still.unwrap_or(state_jump))
     }
 
     /// Moves charges and fluxes by a very short step (this part of `shortest`), then shows what
@@ -263,17 +288,17 @@ impl Stepper {
         let (before, multipliers) = (self.state.z.clone(), self.state.l.clone());
         let mut part = part;
         let (mut once, mut twice) = self.solver.two_steps(
-            &mut self.state,
+            self.state,
             charges,
             &before,
-            [part * shortest, self.schedule.step_length],
+            [part * shortest, self.step_length],
             start,
         )?;
         let mut after = limit(&once.z, twice.as_ref().map(|t| &t.z));
         let linear = !self.solver.functions_store();
         let scale = if linear { self.instants.largest } else { self.scale_of_charges(&once) };
         let mut bend =
-            self.solver.curvature_of_charges(&self.state, &once, twice.as_ref(), &after, scale);
+            self.solver.curvature_of_charges(self.state, &once, twice.as_ref(), &after, scale);
         let mut shorter = part;
         for _ in 0..STRAIGHTER {
             if bend <= OF_SOLUTION {
@@ -281,16 +306,16 @@ impl Stepper {
             }
             shorter *= SHORTER;
             let steps = self.solver.two_steps(
-                &mut self.state,
+                self.state,
                 charges,
                 &before,
-                [shorter * shortest, self.schedule.step_length],
+                [shorter * shortest, self.step_length],
                 Start::Warm,
             );
             let Ok(steps) = steps else { break };
             let end = limit(&steps.0.z, steps.1.as_ref().map(|t| &t.z));
             let found = self.solver.curvature_of_charges(
-                &self.state,
+                self.state,
                 &steps.0,
                 steps.1.as_ref(),
                 &end,
@@ -305,8 +330,8 @@ impl Stepper {
             // with junctions charges depend on potentials
             self.facts.storage.lower(&before, &mut after);
         }
-        let carried = |s: &mut Stepper, step: &Short| {
-            let functions = s.solver.functions_at(&s.state, &step.z);
+        let carried = |s: &mut Self, step: &Short| {
+            let functions = s.solver.functions_at(s.state, &step.z);
             [&step.z, &step.l, &functions]
                 .map(|list| list.iter().map(|v| v * step.length).collect::<Vec<_>>())
         };
@@ -335,30 +360,8 @@ impl Stepper {
 
     /// The largest charge and flux so far and at the end of a short step.
     fn scale_of_charges(&mut self, step: &Short) -> [f64; 2] {
-        let charges = self.solver.stored_by_functions(&self.state, &step.z);
+        let charges = self.solver.stored_by_functions(self.state, &step.z);
         let [charge, flux] = self.solver.sys.largest(&[&charges]);
         [self.instants.largest[0].max(charge), self.instants.largest[1].max(flux)]
-    }
-
-    /// Applies the switch laws until they agree with the state; a first look at the switches has told
-    /// whether one has changed.
-    pub(in crate::integrate) fn settle_after(&mut self, mut changed: bool) -> Outcome {
-        for round in 0..MAX_REACTIONS {
-            if !changed {
-                return Ok(());
-            }
-            if self.facts.static_system || self.schedule.sweeping {
-                self.state.u1.copy_from_slice(&self.state.u0);
-                self.solver.solve_static(&mut self.state, Start::Warm)?;
-            } else {
-                self.impulse_or_leave()?;
-            }
-            changed = self.react_in(round);
-        }
-        if changed {
-            self.solver.stats.chatter += 1;
-            return Err(self.unsettled());
-        }
-        Ok(())
     }
 }

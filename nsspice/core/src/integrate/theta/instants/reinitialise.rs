@@ -5,6 +5,7 @@ use crate::instant::{At, Before, Reinitialiser};
 use crate::integrate::theta::step_length::mode_key;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::slopes;
+use crate::integrate::theta::time_grid::slopes_at;
 use crate::mlcp::Role;
 use crate::structure::Coordinates;
 
@@ -45,7 +46,7 @@ impl Stepper {
                 return false;
             }
         }
-        let slopes = self.source_slopes(self.state.time);
+        let slopes = slopes_at(&self.waveforms, self.state.time);
         let before = charges.map_or(Before::State(&self.state.z), Before::Stored);
         let sources = [&self.state.u0[..], &slopes];
         let Some(found) =
@@ -54,7 +55,7 @@ impl Stepper {
             return false;
         };
         let (before, after) = (self.state.z.clone(), found.z);
-        let jumps = self.noticed(charges, [&before, &after, &after], &[]);
+        let jumps = self.jumps().noticed(charges, [&before, &after, &after], &[]);
         // after events of steps rates of perfectly coupled inductors are known to rounding of their fluxes alone
         if coupled && !jumps {
             return false;
@@ -119,7 +120,7 @@ impl Stepper {
         if self.recorder.samples.jumped() {
             self.state.u1.copy_from_slice(&self.state.u0);
             self.recorder.z_recorded.copy_from_slice(&self.state.z);
-            let length = JUMP * self.shortest_time();
+            let length = JUMP * self.jumps().shortest_time();
             self.record(-length);
         }
     }

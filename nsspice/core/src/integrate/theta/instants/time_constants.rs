@@ -1,6 +1,6 @@
 //! What reinitialising steps have to be short beside: the fastest times of a circuit.
 
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
@@ -57,13 +57,13 @@ fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
     tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
 }
 
-impl Stepper {
+impl StateJumps<'_> {
     /// What reinitialising steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
     pub(in crate::integrate) fn shortest_time(&mut self) -> f64 {
-        let known = self.schedule.step_length.min(self.facts.fastest);
-        let instant = f64::EPSILON * self.schedule.step_length; // no time at all beside the steps
-                                                                // the charge of a blocking junction may be next to nothing, and as fast
+        let known = self.step_length.min(self.facts.fastest);
+        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
+                                                       // the charge of a blocking junction may be next to nothing, and as fast
         let (linear, u, time) = (&self.solver.sys.linear, &self.state.u0, self.state.time);
         let Some(smooth) = &mut self.solver.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.state.z, u, time, instant) else { return known };

@@ -17,9 +17,9 @@
 
 use super::jumps::{DESCENT, JUMP, LOOSE};
 use crate::integrate::theta::failure::{Failure, Outcome};
+use crate::integrate::theta::instants::state_jumps::StateJumps;
 use crate::integrate::theta::solver::Solver;
-use crate::integrate::theta::stepper::Stepper;
-use crate::integrate::theta::time_grid::slopes;
+use crate::integrate::theta::time_grid::slopes_at;
 use crate::mlcp::Start;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::tolerances::{CLEARLY, PROGRESS};
@@ -87,18 +87,18 @@ pub fn to_zero([once, twice, thrice]: [&[f64]; 3]) -> Vec<f64> {
     points.map(|((a, b), c)| 3.0 * a - 3.0 * b + c).collect()
 }
 
-impl Stepper {
+impl StateJumps<'_> {
     /// The values that belong to the charges of `after`, and what the steps say that were tried; the longest that tells.
     pub(in crate::integrate) fn settle(
         &mut self,
         after: &[f64],
         shortest: f64,
     ) -> Result<(Option<Settled>, Rest), Box<Failure>> {
-        let slopes = self.source_slopes(self.state.time);
+        let slopes = slopes_at(self.sources, self.state.time);
         let scale = self.scale_of(after);
         let (mut best, mut last): (Option<Settled>, _) = (None, f64::INFINITY);
         let least = LEAST * shortest;
-        let mut length = (AT_ONCE * self.schedule.step_length).max(LONGEST * shortest);
+        let mut length = (AT_ONCE * self.step_length).max(LONGEST * shortest);
         for _ in 0..TRIALS {
             match self.ends_with(after, scale, &slopes, length) {
                 Ok((found, moved)) => {
@@ -122,10 +122,10 @@ impl Stepper {
                 // steps would but hide behind their multipliers
                 Err(_) if best.is_none() => {
                     self.solver.short_step(
-                        &mut self.state,
+                        self.state,
                         None,
                         after,
-                        self.schedule.step_length,
+                        self.step_length,
                         Start::Warm,
                     )?;
                 }
@@ -163,13 +163,13 @@ impl Stepper {
         };
         let moving = self.charges_apart(after, &ahead, scale);
         let moved = moving[0].max(moving[1]);
-        let held = self.solver.functions_at(&self.state, after);
+        let held = self.solver.functions_at(self.state, after);
         let mut from = back(after, &ahead);
-        let mut functions = back(&held, &self.solver.functions_at(&self.state, &ahead));
+        let mut functions = back(&held, &self.solver.functions_at(self.state, &ahead));
         let mut best: Option<Settled> = None;
         for _ in 0..CORRECTIONS {
             let step = |solver: &mut Solver| {
-                solver.step_from(&mut self.state, &from, &functions, length, Start::Warm)
+                solver.step_from(self.state, &from, &functions, length, Start::Warm)
             };
             if self.solver.exactly(step).is_err() {
                 break;
@@ -197,11 +197,11 @@ impl Stepper {
             }
             correct(&mut from, after, &self.state.z);
             // what functions store is corrected by itself: exponentials say little of voltages
-            let then = self.solver.functions_at(&self.state, &self.state.z.clone());
+            let then = self.solver.functions_at(self.state, &self.state.z.clone());
             correct(&mut functions, &held, &then);
         }
         let Some(best) = best.filter(|best| best.missed <= HELD.max(moved)) else {
-            self.solver.short_step(&mut self.state, None, after, length, Start::Warm)?;
+            self.solver.short_step(self.state, None, after, length, Start::Warm)?;
             let (z, l, from) = (self.state.z.clone(), self.state.l.clone(), after.to_vec());
             let missed = self.charges_apart(after, &z, scale);
             let missed = missed[0].max(missed[1]);
@@ -243,7 +243,7 @@ impl Stepper {
             let slopes = smooth.newton.stored_slopes(other, &self.state.u0, clock);
             // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
             // current brings in an ordinary step
-            let passing = largest[1] * self.schedule.step_length;
+            let passing = largest[1] * self.step_length;
             for (row, c, slope) in slopes {
                 let stored = self.instants.largest[usize::from(kinds[row])];
                 sizes[row] += (slope.abs() * scale[c]).max(stored).max(passing);
@@ -269,13 +269,6 @@ impl Stepper {
         apart
     }
 
-    /// Slopes of the sources to the right of a time.
-    pub(in crate::integrate) fn source_slopes(&self, time: f64) -> Vec<f64> {
-        let mut found = vec![0.0; self.waveforms.len()];
-        slopes(&self.waveforms, time, &mut found);
-        found
-    }
-
     /// A short step of this length in which the sources move on.
     pub(in crate::integrate) fn next_step(
         &mut self,
@@ -285,7 +278,7 @@ impl Stepper {
     ) -> Outcome {
         let now = self.state.u0.clone();
         self.state.u0.iter_mut().zip(slopes).for_each(|(u, slope)| *u += length * slope);
-        let found = self.solver.short_step(&mut self.state, None, before, length, Start::Warm);
+        let found = self.solver.short_step(self.state, None, before, length, Start::Warm);
         self.state.u0 = now;
         found
     }
