@@ -81,7 +81,7 @@ fn run(smooth: bool) -> (Duration, u64) {
     let accuracy = Accuracy { relative: 1e-5, voltage: 0.0, current: 0.0, energy: false };
     let tableau = Tableau::of_order(4).expect("order 4");
     let mut sdirk = Sdirk::new(&mut stepper, tableau, accuracy, 1e-3, 1e-4, (0.0, 1e-3));
-    let mut rows = vec![0.0; 16 * stepper.columns()];
+    let mut rows = vec![0.0; 16 * stepper.recorder.columns()];
     let begin = Instant::now();
     while matches!(sdirk.advance(&mut stepper, &mut rows, Duration::MAX).1, Progress::More) {}
     (begin.elapsed(), stepper.statistics().steps)

@@ -382,7 +382,7 @@ impl PyStepper {
         budget: f64,
     ) -> PyResult<(usize, u8)> {
         let (inner, sdirk) = (&mut self.inner, &mut self.sdirk);
-        fill(py, out, inner.columns(), budget, move |slice, budget| match sdirk {
+        fill(py, out, inner.recorder.columns(), budget, move |slice, budget| match sdirk {
             Some(sdirk) => sdirk.advance(inner, slice, budget),
             None => inner.advance(slice, budget),
         })

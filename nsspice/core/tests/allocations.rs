@@ -84,7 +84,7 @@ fn run(floating: bool, stop: f64) -> (u64, u64) {
     let accuracy = Accuracy { relative: 1e-5, voltage: 0.0, current: 0.0, energy: false };
     let tableau = Tableau::of_order(4).expect("order 4");
     let mut sdirk = Sdirk::new(&mut stepper, tableau, accuracy, stop, 1e-4, (0.0, stop));
-    let mut rows = vec![0.0; 16 * stepper.columns()];
+    let mut rows = vec![0.0; 16 * stepper.recorder.columns()];
     let before = ASKED.load(Relaxed);
     while matches!(sdirk.advance(&mut stepper, &mut rows, Duration::MAX).1, Progress::More) {}
     (ASKED.load(Relaxed) - before, stepper.statistics().steps)

@@ -198,7 +198,7 @@ impl Sdirk {
         out: &mut [f64],
         budget: Duration,
     ) -> (usize, Progress) {
-        let columns = s.columns();
+        let columns = s.recorder.columns();
         let begin = Instant::now();
         let capacity = out.len() / columns;
         let mut rows = 0;

@@ -49,7 +49,7 @@ impl Stepper {
             if !self.react_in(round) {
                 if self.recorder.samples.watches() {
                     self.recorder.z_recorded.copy_from_slice(&self.state.z);
-                    self.record(f64::INFINITY);
+                    self.recorder.record(&self.state, f64::INFINITY);
                 }
                 return Ok(());
             }

@@ -17,6 +17,7 @@ pub(super) mod instants;
 pub(super) mod matrices;
 pub(super) mod outputs;
 pub(super) mod quick;
+pub(super) mod recorder;
 pub(super) mod records;
 pub(super) mod refine;
 pub(super) mod samples;

@@ -2,15 +2,11 @@
 
 use super::events::impacts::Impacts;
 use super::events::source_controlled::Controls;
-use super::instants::jumps::Jump;
 use super::instants::storage::Storage;
-use super::outputs::Outputs;
-use super::samples::Samples;
 use super::step_length::{ModeKey, Stage};
 use super::stepper::Plan;
 use super::time_grid::Target;
 use crate::at_threshold::Resting;
-use crate::audit::Sums;
 use crate::instant::{Continuous, Reinitialiser};
 use crate::mlcp::work_len;
 use crate::structure::Coordinates;
@@ -124,57 +120,6 @@ impl Instants {
             moving: Default::default(),
             impacts,
             stale: false,
-        }
-    }
-}
-
-/// What is shown and kept of a run.
-pub struct Recorder {
-    /// what rows are made of
-    pub(in crate::integrate) outputs: Outputs,
-    /// rates of the unknowns, where outputs need them
-    pub(in crate::integrate) rates: Vec<f64>,
-    /// what is left for the certificate
-    pub samples: Samples,
-    /// what goes with the run for the certificate: its balance of energy
-    pub sums: Option<Box<Sums>>,
-    /// the last step ended in a jump; `left` is the row before it
-    pub(in crate::integrate) two_sided: bool,
-    /// the row before a jump
-    pub(in crate::integrate) left: Vec<f64>,
-    /// unknowns at the begin of the recorded step
-    pub(in crate::integrate) z_recorded: Vec<f64>,
-    /// from here on every step is a row, and a jump two [s]; infinite for rows of the grid only
-    pub(in crate::integrate) all_points: f64,
-    /// the row at the begin is still to come
-    pub(in crate::integrate) first_row: bool,
-    /// changes of pairs: time, pair, whether it conducts from then on
-    pub events: Vec<(f64, usize, bool)>,
-    /// recorded jumps
-    pub jumps: Vec<Jump>,
-    /// the state of the pairs that `events` leads to
-    pub(in crate::integrate) logged: Vec<bool>,
-    /// the epoch of `logged`
-    pub(in crate::integrate) logged_epoch: u64,
-}
-
-impl Recorder {
-    /// For `n` unknowns and `m` pairs.
-    pub fn new(outputs: Outputs, [n, m]: [usize; 2]) -> Recorder {
-        Recorder {
-            rates: vec![0.0; n],
-            samples: Samples::default(),
-            sums: None,
-            two_sided: false,
-            left: vec![0.0; 1 + outputs.len()],
-            z_recorded: vec![0.0; n],
-            all_points: f64::INFINITY,
-            first_row: false,
-            events: Vec::new(),
-            jumps: Vec::new(),
-            logged: vec![false; m],
-            logged_epoch: 0,
-            outputs,
         }
     }
 }

@@ -238,6 +238,11 @@ impl SmoothPart {
 }
 
 impl Solver {
+    /// The smooth functions at the present state, and their rates over the last step.
+    pub(in crate::integrate) fn functions(&self) -> [&[f64]; 2] {
+        self.smooth.as_ref().map_or([&[]; 2], |smooth| [&smooth.f, &smooth.rates])
+    }
+
     /// Whether some charge is a function of the unknowns: then charges depend on potentials.
     pub(in crate::integrate) fn functions_store(&self) -> bool {
         self.smooth.as_ref().is_some_and(|smooth| smooth.newton.stores())

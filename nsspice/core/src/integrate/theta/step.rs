@@ -2,7 +2,6 @@
 
 use super::events::impacts::Cut;
 use super::failure::{Failure, Outcome};
-use super::outputs::Quantities;
 use super::stepper::Stepper;
 use super::time_grid::{evaluate, Target};
 use crate::mlcp::Start;
@@ -27,7 +26,7 @@ impl Stepper {
         self.state.time = target.time;
         self.recorder.two_sided = false;
         if self.facts.static_system || self.schedule.sweeping {
-            if target.jump && self.shows_sides() {
+            if target.jump && self.recorder.shows_sides() {
                 evaluate(&self.waveforms, target.time, Side::Left, &mut self.state.u0);
                 self.state.u1.copy_from_slice(&self.state.u0);
                 self.take(f64::INFINITY)?;
@@ -43,7 +42,7 @@ impl Stepper {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.state.u1);
             let cut = self.take_to(target)?;
             self.instants.stale = false;
-            if (target.jump || cut.is_some()) && self.shows_sides() {
+            if (target.jump || cut.is_some()) && self.recorder.shows_sides() {
                 self.write_left(cut.as_ref().map_or(target.label, |c| c.target.label));
                 self.recorder.two_sided = true;
             }
@@ -70,37 +69,18 @@ impl Stepper {
             if dynamic {
                 self.switching.still.fill(false); // what the switches do takes no time
             }
-            if changed && dynamic && !self.recorder.two_sided && self.shows_sides() {
+            if changed && dynamic && !self.recorder.two_sided && self.recorder.shows_sides() {
                 self.write_left(reached.map_or(target.label, |r| r.label));
                 self.recorder.two_sided = true;
             }
             self.settle_after(changed)?;
             if changed && !dynamic && self.recorder.samples.watches() {
                 self.recorder.z_recorded.copy_from_slice(&self.state.z);
-                self.record(f64::INFINITY);
+                self.recorder.record(&self.state, f64::INFINITY);
             }
             self.note_controls();
         }
         Ok(reached)
-    }
-
-    /// True if rows on both sides of a jump are wanted.
-    fn shows_sides(&self) -> bool {
-        self.recorder.samples.keep_sides || self.recorder.all_points.is_finite()
-    }
-
-    /// The row before a possible jump, with the sources before it.
-    pub(in crate::integrate) fn write_left(&mut self, label: f64) {
-        self.recorder.left[0] = label;
-        let f = self.solver.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let quantities = Quantities {
-            z: &self.state.z,
-            l: &self.state.l,
-            rates: &self.recorder.rates,
-            u: &self.state.u1,
-            f,
-        };
-        self.recorder.outputs.write(&quantities, &mut self.recorder.left[1..]);
     }
 
     /// One ordinary step of the given length from (z, u0) with sources u1 at its end.
@@ -135,7 +115,7 @@ impl Stepper {
         // a mode that changed within the step was found by the driver, which keeps the old state
         if begun.wanted || self.recorder.samples.changed(self.state.epoch) {
             self.recorder.z_recorded.copy_from_slice(&self.solver.scratch.z_before);
-            self.record(length);
+            self.recorder.record(&self.state, length);
         }
         if length.is_finite() {
             let new =
@@ -147,7 +127,7 @@ impl Stepper {
     /// Adds an implicit step from `z_before`, u0 to z, u1 to the balance of energy.
     pub(in crate::integrate) fn sum_up(&mut self, length: f64, new: bool) {
         let Some(sums) = &mut self.recorder.sums else { return };
-        let f = self.solver.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
+        let f = self.solver.functions();
         let (sides, sources) = (
             [&self.solver.scratch.z_before[..], &self.state.z],
             [&self.state.u0[..], &self.state.u1],
@@ -170,21 +150,6 @@ impl Stepper {
             }
         }
         Ok(())
-    }
-
-    /// Hands the step to the samples: from `z_recorded` and u0 to z and u1.
-    pub(in crate::integrate) fn record(&mut self, length: f64) {
-        let roles = if self.switching.switches.is_empty() { &[] } else { &self.state.roles[..] };
-        self.recorder.samples.records.push(
-            self.state.time,
-            length,
-            &self.recorder.z_recorded,
-            &self.state.z,
-            &self.state.l,
-            &self.state.u0,
-            &self.state.u1,
-            roles.iter().map(|&r| r as u8),
-        );
     }
 
     /// A switch has found no state.

@@ -6,8 +6,9 @@ use super::failure::Failure;
 use super::instants::jumps::jump_weights;
 use super::instants::storage::Storage;
 use super::instants::time_constants::fastest_time;
-use super::outputs::{Outputs, Quantities};
-use super::records::{Facts, Instants, Recorder, Schedule, Switching};
+use super::outputs::Outputs;
+use super::recorder::Recorder;
+use super::records::{Facts, Instants, Schedule, Switching};
 use super::smooth::SmoothPart;
 use super::solver::{Large, Solver};
 use super::state::State;
@@ -24,8 +25,6 @@ use crate::waveform::Waveform;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Events kept in full; later ones are only counted.
-pub(in crate::integrate) const MAX_EVENTS: usize = 1 << 16;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 64;
 /// Switch reactions at one instant before it is called chatter.
@@ -100,6 +99,7 @@ impl Stepper {
         outputs: Outputs,
     ) -> Stepper {
         let (n, m, p) = (sys.linear.g.nrows, sys.linear.a.ncols, waveforms.len());
+        let any = !switches.is_empty();
         let mut roles = vec![Role::Diode; m];
         for (s, &gate) in switches.iter().zip(&gates) {
             roles[s.pair] = s.role(gate);
@@ -134,7 +134,7 @@ impl Stepper {
             switching: Switching::new(switches, gates, controls),
             facts,
             instants: Instants::new(impacts, weights, p),
-            recorder: Recorder::new(outputs, [n, m]),
+            recorder: Recorder::new(outputs, [n, m], any),
             schedule: Schedule {
                 plan: Plan::Points { times: Vec::new(), next: 0 },
                 sweeping: false,
@@ -145,11 +145,6 @@ impl Stepper {
             state,
             failure: None,
         }
-    }
-
-    /// Number of output columns, the time included.
-    pub fn columns(&self) -> usize {
-        self.recorder.outputs.len() + 1
     }
 
     /// Present unknowns and multipliers.
@@ -239,7 +234,7 @@ impl Stepper {
 
     /// Computes rows into `out` until it is full, the plan ends, a step fails or `budget` is spent.
     pub fn advance(&mut self, out: &mut [f64], budget: Duration) -> (usize, Progress) {
-        let columns = self.columns();
+        let columns = self.recorder.columns();
         let begin = Instant::now();
         let mut rows = 0;
         let capacity = out.len() / columns;
@@ -251,7 +246,7 @@ impl Stepper {
                 self.write(self.state.time, &mut out[rows * columns..(rows + 1) * columns]);
                 rows += 1;
                 if self.recorder.samples.between(self.state.time) {
-                    self.note_side(self.state.time);
+                    self.recorder.note_side(&self.state, self.solver.functions(), self.state.time);
                 }
                 continue;
             }
@@ -292,7 +287,7 @@ impl Stepper {
                 rows += 1;
             }
             if self.recorder.samples.between(target.time) && !self.recorder.two_sided {
-                self.note_side(target.label);
+                self.recorder.note_side(&self.state, self.solver.functions(), target.label);
             }
             count += 1;
             let pause = count.is_multiple_of(LOOK) && begin.elapsed() > budget;
@@ -306,52 +301,31 @@ impl Stepper {
     /// The row before a jump goes before its row of the table, else both go to the side rows;
     /// returns the number of rows added to the table.
     fn note_sides(&mut self, target: &Target, out: &mut [f64]) -> usize {
-        if self.recorder.all_points.is_finite() {
-            if target.time < self.recorder.all_points {
+        let recorder = &mut self.recorder;
+        if recorder.all_points.is_finite() {
+            if target.time < recorder.all_points {
                 return 0;
             }
-            out[..self.recorder.left.len()].copy_from_slice(&self.recorder.left);
+            out[..recorder.left.len()].copy_from_slice(&recorder.left);
             return 1;
         }
-        self.recorder.samples.sides.extend_from_slice(&self.recorder.left);
-        self.note_side(target.label);
+        recorder.samples.sides.extend_from_slice(&recorder.left);
+        recorder.note_side(&self.state, self.solver.functions(), target.label);
         0
     }
 
-    /// Adds the present values to the side rows.
-    fn note_side(&mut self, label: f64) {
-        let start = self.recorder.samples.sides.len();
-        let mut sides = std::mem::take(&mut self.recorder.samples.sides);
-        sides.resize(start + self.columns(), 0.0);
-        self.write(label, &mut sides[start..]);
-        self.recorder.samples.sides = sides;
+    /// Writes the row of the present state.
+    pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
+        self.recorder.write(&self.state, self.solver.functions(), label, row);
+    }
+
+    /// Keeps the row before a possible jump.
+    pub(in crate::integrate) fn write_left(&mut self, label: f64) {
+        self.recorder.write_left(&self.state, self.solver.functions(), label);
     }
 
     /// Notes which pairs have changed since the last time.
     pub(in crate::integrate) fn log_events(&mut self) {
-        self.recorder.logged_epoch = self.state.epoch;
-        for (i, (old, &new)) in self.recorder.logged.iter_mut().zip(&self.state.active).enumerate()
-        {
-            if *old != new {
-                *old = new;
-                self.solver.stats.events += 1;
-                if self.recorder.events.len() < MAX_EVENTS {
-                    self.recorder.events.push((self.state.time, i, new));
-                }
-            }
-        }
-    }
-
-    pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
-        row[0] = label;
-        let f = self.solver.smooth.as_ref().map_or([&[][..]; 2], |s| [&s.f, &s.rates]);
-        let quantities = Quantities {
-            z: &self.state.z,
-            l: &self.state.l,
-            rates: &self.recorder.rates,
-            u: &self.state.u0,
-            f,
-        };
-        self.recorder.outputs.write(&quantities, &mut row[1..]);
+        self.recorder.log_events(&self.state, &mut self.solver.stats);
     }
 }

@@ -28,7 +28,7 @@ impl PointRows {
         if !all && !self.rows.open() {
             return;
         }
-        let mut right = vec![0.0; s.columns()];
+        let mut right = vec![0.0; s.recorder.columns()];
         s.write(s.state.time, &mut right);
         self.rows.left(&right); // nothing could jump here if there is no row before it
         let home = match &mut s.recorder.samples.sides {

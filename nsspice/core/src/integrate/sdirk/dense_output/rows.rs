@@ -56,7 +56,7 @@ impl Sdirk {
     ) -> usize {
         let end = end - self.at_once(end);
         let mut count = 0;
-        for row in out.chunks_exact_mut(s.columns()) {
+        for row in out.chunks_exact_mut(s.recorder.columns()) {
             let label = self.shown.rows.time();
             if label >= end {
                 break;
@@ -79,7 +79,7 @@ impl Sdirk {
             return;
         }
         if let Some([from, to]) = s.recorder.samples.pieces.wanted(start, end) {
-            let mut row = vec![0.0; s.columns()];
+            let mut row = vec![0.0; s.recorder.columns()];
             self.cut(s, [from, to], &mut row, HALVINGS);
         }
     }

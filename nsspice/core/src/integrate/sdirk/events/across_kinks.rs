@@ -8,7 +8,8 @@
 
 use crate::integrate::sdirk::controller::stage_equations::Fit;
 use crate::integrate::sdirk::run::Sdirk;
-use crate::integrate::theta::stepper::{Stepper, MAX_EVENTS};
+use crate::integrate::theta::recorder::MAX_EVENTS;
+use crate::integrate::theta::stepper::Stepper;
 
 /// A step over the end of a mode may have this part of the error of another: for a kink the estimate
 /// is of the size of the error, but may miss a part of it, and errors over many kinks add up.

@@ -185,7 +185,7 @@ impl Sdirk {
     fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
         let time = s.state.time;
         evaluate(&s.waveforms, end, Side::Left, &mut s.state.u1);
-        let mut before = vec![0.0; s.columns()];
+        let mut before = vec![0.0; s.recorder.columns()];
         s.write(time, &mut before);
         let k = s.solver.stage_index(&s.state, length, true);
         let (from, u) = (s.state.z.clone(), s.state.u1.clone());
@@ -225,7 +225,7 @@ impl Sdirk {
         }
         if s.recorder.samples.watches() {
             s.recorder.z_recorded.copy_from_slice(&from);
-            s.record(length);
+            s.recorder.record(&s.state, length);
         }
         s.solver.stats.steps += 1;
         self.trial.leave(self.tableau, 1.0, false);

@@ -209,7 +209,7 @@ impl Stepper {
             // a state, not a step; the short one tells what its rounding is measured by
             let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
             self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
-            self.record(-settled.length);
+            self.recorder.record(&self.state, -settled.length);
         }
     }
 

@@ -121,7 +121,7 @@ impl Stepper {
             self.state.u1.copy_from_slice(&self.state.u0);
             self.recorder.z_recorded.copy_from_slice(&self.state.z);
             let length = JUMP * self.jumps().shortest_time();
-            self.record(-length);
+            self.recorder.record(&self.state, -length);
         }
     }
 }
