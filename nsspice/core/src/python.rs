@@ -419,7 +419,7 @@ impl PyStepper {
 
     /// State of each switch's gate.
     fn gates(&self) -> Vec<bool> {
-        self.inner.gates().to_vec()
+        self.inner.gate_states().to_vec()
     }
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {

@@ -146,7 +146,7 @@ impl Sdirk {
                 restless: None,
                 fallback: Fallback::new(),
                 sampling: Sampling::new(
-                    s.switching.switches.len(),
+                    s.switching.count(),
                     longest.min(INTERVAL * (stop - s.state.time)),
                 ),
             },
@@ -273,7 +273,7 @@ impl Sdirk {
         }
         let (n, m) = (s.state.z.len(), s.state.l.len());
         self.scales.note(s, &s.state.z, &s.state.l);
-        s.see_controls();
+        s.gates().see_controls();
         self.note_controls(s);
         self.trial.start = s.state.time;
         self.trial.unsolved = 0;
@@ -523,7 +523,7 @@ impl Sdirk {
         }
         let goes_on = match accepted.end {
             End::Plain | End::Look => true,
-            End::Breakpoint { calm } => calm && !s.sources_turn(),
+            End::Breakpoint { calm } => calm && !s.gates().sources_turn(),
             End::Event => false,
         };
         let plain = goes_on && turned.is_empty();
@@ -548,7 +548,7 @@ impl Sdirk {
             if event {
                 turned.extend(self.reach(s, accepted.theta));
             }
-            turned.iter().for_each(|&k| s.throw(k));
+            turned.iter().for_each(|&k| s.gates().throw(k));
             if event && turned.is_empty() && s.state.time < self.breakpoint.0 {
                 self.turn(s);
             } else {

@@ -34,7 +34,7 @@ impl Stepper {
         self.state.u1.copy_from_slice(&self.state.u0);
         self.recorder.rates.fill(0.0);
         // an open switch may be the only way for a current
-        self.throw_by_sources();
+        self.gates().throw_by_sources();
         self.switching.still.fill(true);
         for round in 0..MAX_REACTIONS {
             // nothing stored holds the nodes at which next to nothing flows
@@ -46,7 +46,7 @@ impl Stepper {
                 })
                 .map_err(|f| *f)?;
             }
-            if !self.react_in(round) {
+            if !self.gates().react_in(round) {
                 if self.recorder.samples.watches() {
                     self.recorder.z_recorded.copy_from_slice(&self.state.z);
                     self.recorder.record(&self.state, f64::INFINITY);
@@ -70,7 +70,7 @@ impl Stepper {
         }
         self.state.u0.copy_from_slice(&self.state.u1);
         self.switching.still.fill(self.facts.static_system);
-        self.throw_by_sources();
+        self.gates().throw_by_sources();
         self.settle_after(true).map_err(|f| *f)
     }
 
@@ -91,7 +91,7 @@ impl Stepper {
         if self.facts.static_system {
             return self.start_dc(time, guess);
         }
-        self.throw_by_sources();
+        self.gates().throw_by_sources();
         // the other switches belong to the state that the charges lead to: found by starting again with
         // those that have changed, not by a second jump from where the wrong ones led
         for round in 0..MAX_REACTIONS {
@@ -106,7 +106,7 @@ impl Stepper {
                 };
                 self.search(failure, again).map_err(|f| *f)?;
             }
-            if !self.react_in(round) {
+            if !self.gates().react_in(round) {
                 return Ok(());
             }
         }

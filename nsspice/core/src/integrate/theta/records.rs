@@ -1,58 +1,14 @@
 //! What a run consists of besides its state: plain records of what belongs together.
 
 use super::events::impacts::Impacts;
-use super::events::source_controlled::Controls;
 use super::instants::storage::Storage;
 use super::step_length::{ModeKey, Stage};
 use super::stepper::Plan;
 use super::time_grid::Target;
-use crate::at_threshold::Resting;
 use crate::instant::{Continuous, Reinitialiser};
 use crate::mlcp::work_len;
 use crate::structure::Coordinates;
-use crate::switch::Switch;
 use std::collections::HashMap;
-use std::sync::Arc;
-
-/// The switches and what decides about them.
-pub struct Switching {
-    /// all of them
-    pub(in crate::integrate) switches: Arc<[Switch]>,
-    /// those that chatter, see [`crate::sampling`]
-    pub(in crate::integrate) sampled: Vec<bool>,
-    /// how far the control of each has been from its threshold
-    pub(in crate::integrate) swings: Vec<f64>,
-    /// those that rest at thresholds
-    pub(in crate::integrate) resting: Resting,
-    /// whether a control that is at its threshold is taken to stay there
-    pub(in crate::integrate) still: Vec<bool>,
-    /// the points of a sweep: each is at rest, and no time passes between them
-    pub(in crate::integrate) frozen: bool,
-    /// state of each switch's gate
-    pub(in crate::integrate) gates: Vec<bool>,
-    /// switches that sources decide about
-    pub(in crate::integrate) controls: Controls,
-    /// the switch that has changed last
-    pub(in crate::integrate) last_thrown: Option<usize>,
-}
-
-impl Switching {
-    /// All of them with the state of each gate; none has been looked at.
-    pub fn new(switches: Arc<[Switch]>, gates: Vec<bool>, controls: Controls) -> Switching {
-        let count = switches.len();
-        Switching {
-            switches,
-            sampled: vec![false; count],
-            swings: vec![0.0; count],
-            resting: Resting::new(count),
-            still: vec![false; count],
-            frozen: false,
-            gates,
-            controls,
-            last_thrown: None,
-        }
-    }
-}
 
 /// What is known of the network once and for all.
 pub struct Facts {

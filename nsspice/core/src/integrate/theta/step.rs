@@ -56,15 +56,15 @@ impl Stepper {
                 reached = Some(cut.target);
             } else if target.jump {
                 evaluate(&self.waveforms, target.time, Side::Right, &mut self.state.u0);
-                self.throw_by_sources();
+                self.gates().throw_by_sources();
                 self.impulse_or_leave()?;
             } else {
                 self.state.u0.copy_from_slice(&self.state.u1);
             }
         }
         if !self.switching.switches.is_empty() {
-            self.look_for_rest();
-            let changed = self.react();
+            self.gates().look_for_rest();
+            let changed = self.gates().react();
             let dynamic = !self.facts.static_system && !self.schedule.sweeping;
             if dynamic {
                 self.switching.still.fill(false); // what the switches do takes no time
@@ -78,7 +78,7 @@ impl Stepper {
                 self.recorder.z_recorded.copy_from_slice(&self.state.z);
                 self.recorder.record(&self.state, f64::INFINITY);
             }
-            self.note_controls();
+            self.gates().note_controls();
         }
         Ok(reached)
     }

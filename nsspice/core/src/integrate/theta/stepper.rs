@@ -2,13 +2,14 @@
 
 use super::events::impacts::Impacts;
 use super::events::source_controlled::Controls;
+use super::events::switching::Switching;
 use super::failure::Failure;
 use super::instants::jumps::jump_weights;
 use super::instants::storage::Storage;
 use super::instants::time_constants::fastest_time;
 use super::outputs::Outputs;
 use super::recorder::Recorder;
-use super::records::{Facts, Instants, Schedule, Switching};
+use super::records::{Facts, Instants, Schedule};
 use super::smooth::SmoothPart;
 use super::solver::{Large, Solver};
 use super::state::State;
@@ -190,7 +191,7 @@ impl Stepper {
     }
 
     /// State of each switch's gate.
-    pub fn gates(&self) -> &[bool] {
+    pub fn gate_states(&self) -> &[bool] {
         &self.switching.gates
     }
 

@@ -89,7 +89,7 @@ impl Sdirk {
     ) -> Passage {
         let first = self.tableau.looks_back();
         // a thyristor that has stopped conducting does not begin again, whatever its signs say
-        let latched = (0..s.switching.switches.len()).any(|k| s.latched(k));
+        let latched = (0..s.switching.count()).any(|k| s.switching.latched(k));
         if self.settings.accuracy.relative >= 1.0
             || latched
             || !(first || self.control.patience.tries())

@@ -54,7 +54,7 @@ impl Locator<'_> {
                 begin.abs() > VIOLATED && begin.is_finite() && turns && !s.switching.sampled[k];
             away && (end < 1.0 || margin(last, k).abs() <= VIOLATED)
         };
-        let mut coming: Vec<usize> = (0..s.switching.switches.len()).filter(may_come).collect();
+        let mut coming: Vec<usize> = (0..s.switching.count()).filter(may_come).collect();
         self.that_are_there(&mut coming, end);
         // most only cross it there: instants are told to this part of a step
         self.that_are_there(&mut coming, end * (1.0 - CLOSE));
@@ -111,7 +111,7 @@ impl Sdirk {
                 && margin(last) <= VIOLATED
                 && margin(&self.trial.first) > VIOLATED
         };
-        (0..s.switching.switches.len()).any(comes)
+        (0..s.switching.count()).any(comes)
     }
 
     /// Whether the control of a switch was at its threshold when the step began, and leaves it on the side on which
@@ -129,7 +129,7 @@ impl Sdirk {
     /// The switches that turn because their controls stay at their thresholds throughout the trial step.
     fn resting(&self, s: &mut Stepper) -> Vec<usize> {
         let mut found = Vec::new();
-        for k in 0..s.switching.switches.len() {
+        for k in 0..s.switching.count() {
             if s.switching.sampled[k] || !self.stays(s, k) {
                 continue;
             }
@@ -168,7 +168,7 @@ impl Sdirk {
             return false;
         }
         self.trouble.rests = (s.state.time, rounds + 1);
-        turned.iter().for_each(|&k| s.throw(k));
+        turned.iter().for_each(|&k| s.gates().throw(k));
         self.restart(s);
         let known = self.knows_rates(s);
         self.tableau = self.settings.method.next(known);
@@ -190,7 +190,7 @@ impl Sdirk {
                 );
                 margin.abs() <= VIOLATED && turns && !s.switching.sampled[k]
             };
-            if !(0..s.switching.switches.len()).any(waits) || self.trouble.restless.is_some() {
+            if !(0..s.switching.count()).any(waits) || self.trouble.restless.is_some() {
                 return;
             }
             let (stage_equations, tableau) = (&mut self.stage_equations, self.tableau);
@@ -204,7 +204,7 @@ impl Sdirk {
 
     /// Notes where the controls are at the begin of a step.
     pub(in crate::integrate::sdirk) fn note_controls(&self, s: &mut Stepper) {
-        for k in 0..s.switching.switches.len() {
+        for k in 0..s.switching.count() {
             let margin = self.scales.control_margin(s, k, &s.state.z);
             if margin.is_finite() {
                 s.switching.resting.see(k, margin, VIOLATED);

@@ -194,19 +194,19 @@ impl Scales {
     fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let (z, guards) = x.split_at(s.state.z.len());
         let pairs = s.state.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
-        pairs.chain((0..s.switching.switches.len()).map(|k| self.switch_margin(s, k, z)))
+        pairs.chain((0..s.switching.count()).map(|k| self.switch_margin(s, k, z)))
     }
 
     /// Whether a switch changes at `z`.
     pub fn switches_turn(&self, s: &Stepper, z: &[f64]) -> bool {
         let margin = |k| self.switch_margin(s, k, z);
-        (0..s.switching.switches.len()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
+        (0..s.switching.count()).any(|k| margin(k) < -VIOLATED || margin(k).is_nan())
     }
 
     /// How many switches have reached the thresholds that change them at a point.
     pub fn turned(&self, s: &Stepper, x: &[f64]) -> usize {
         let z = &x[..s.state.z.len()];
-        (0..s.switching.switches.len()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
+        (0..s.switching.count()).filter(|&k| self.switch_margin(s, k, z) < 0.0).count()
     }
 
     /// Distance of a switch that is watched to the threshold that would change it, relative to its scale.
@@ -239,9 +239,7 @@ impl Scales {
 
     /// The switches that are watched whose thresholds have been reached at `z`.
     pub fn reached(&self, s: &Stepper, z: &[f64]) -> Vec<usize> {
-        (0..s.switching.switches.len())
-            .filter(|&k| self.switch_margin(s, k, z) <= VIOLATED)
-            .collect()
+        (0..s.switching.count()).filter(|&k| self.switch_margin(s, k, z) <= VIOLATED).collect()
     }
 
     /// The switches whose controls are within a part of their scales of their thresholds at `z`.
@@ -249,7 +247,7 @@ impl Scales {
         let near = |&k: &usize| {
             !s.switching.switches[k].latching && self.control_margin(s, k, z).abs() <= part
         };
-        (0..s.switching.switches.len()).filter(near).collect()
+        (0..s.switching.count()).filter(near).collect()
     }
 
     /// How far the control of a switch was from its threshold in the part `theta` of a step, about, relative
@@ -266,7 +264,7 @@ impl Scales {
         s: &'a Stepper,
         z: &'a [f64],
     ) -> impl Iterator<Item = (usize, f64)> + 'a {
-        let sampled = (0..s.switching.switches.len()).filter(|&k| s.switching.sampled[k]);
+        let sampled = (0..s.switching.count()).filter(|&k| s.switching.sampled[k]);
         sampled.map(|k| (k, self.control_margin(s, k, z)))
     }
 
@@ -296,7 +294,7 @@ impl Scales {
             let scale = self.of_pair(i, s.state.active[i]);
             look(x.map(|x| x[n + i] / scale));
         }
-        for k in 0..s.switching.switches.len() {
+        for k in 0..s.switching.count() {
             look(x.map(|x| self.switch_margin(s, k, &x[..n])));
         }
         deepest.map(|d| d.0)

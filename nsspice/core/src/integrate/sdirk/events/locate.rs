@@ -105,7 +105,7 @@ impl Locator<'_> {
     /// The end of the mode within `(0, high]`, where a guard is negative at `high`.
     pub fn end_of_mode(&mut self, high: f64) -> f64 {
         let root = self.root(high);
-        if self.s.switching.switches.len() < 2 {
+        if self.s.switching.count() < 2 {
             return root;
         }
         // gates that take turns do so at one instant, which rounding tells apart

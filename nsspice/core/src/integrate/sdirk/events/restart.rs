@@ -21,7 +21,7 @@ impl Sdirk {
         self.measure_pairs(s);
         if s.goes_on() {
             s.log_events();
-            return s.unlatch();
+            return s.gates().unlatch();
         }
         let scales = &self.scales;
         match s.turn(self.trial.length, self.breakpoint.0, |s| scales.obeyed(s)) {
@@ -29,7 +29,7 @@ impl Sdirk {
             Turn::Nothing => {} // the next step looks closer
             Turn::Jump => self.restart(s),
         }
-        s.unlatch();
+        s.gates().unlatch();
     }
 
     /// The next step does not continue another one.
@@ -59,13 +59,13 @@ impl Sdirk {
 
     /// Finds the mode from here on; charges and fluxes may jump.
     pub(in crate::integrate::sdirk) fn restart(&mut self, s: &mut Stepper) {
-        s.throw_by_sources();
+        s.gates().throw_by_sources();
         self.measure_pairs(s);
         (s.instants.begun, s.instants.felt) = (None, self.scales.largest[1]);
         // a failure is left to the next step, which can be certified
         let _ = s.impulse_or_leave();
         let (z, l) = (s.state.z.clone(), s.state.l.clone());
-        let changed = s.react();
+        let changed = s.gates().react();
         if let Err(failure) = s.settle_after(changed) {
             if !(failure.restless.is_some() && self.calm(s, (&z, &l))) {
                 (s.state.z, s.state.l) = (z, l);
@@ -87,7 +87,7 @@ impl Sdirk {
     /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
     fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
         let near = self.scales.near(s, &s.state.z, self.settings.accuracy.relative);
-        if !s.turning().all(|k| near.contains(&k)) {
+        if !s.gates().turning().all(|k| near.contains(&k)) {
             return false;
         }
         self.trouble.sampling.sample(&near, s.state.time);
@@ -168,12 +168,12 @@ impl Sdirk {
         self.trouble.futile = false;
         self.control.level = self.control.level.min(FALLBACK_LEVEL);
         let turned = self.look(s);
-        turned.iter().for_each(|&k| s.throw(k));
+        turned.iter().for_each(|&k| s.gates().throw(k));
         if at_breakpoint {
             evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
             self.restart(s);
         } else {
-            let changed = s.react() || !turned.is_empty();
+            let changed = s.gates().react() || !turned.is_empty();
             s.settle_after(changed)?;
             s.log_events();
         }

@@ -3,6 +3,7 @@
 //! Where the control of a switch follows from the solution, a contradiction says nothing of the network as long as
 //! the switch may be in the other state: with it there may be a solution that agrees with it.
 
+use super::gates::Gates;
 use crate::integrate::theta::failure::{Failure, Outcome};
 use crate::integrate::theta::stepper::Stepper;
 
@@ -20,7 +21,7 @@ impl Stepper {
         mut failure: Box<Failure>,
         solve: impl Fn(&mut Stepper) -> Outcome,
     ) -> Result<(), Box<Failure>> {
-        let open: Vec<usize> = (0..self.switching.switches.len())
+        let open: Vec<usize> = (0..self.switching.count())
             .filter(|&k| !self.switching.controls.decide(k) && !self.switching.sampled[k])
             .collect();
         let before = (
@@ -35,18 +36,18 @@ impl Stepper {
         for state in states {
             for (bit, &k) in open.iter().take(tried).enumerate() {
                 if self.switching.gates[k] != (before.0[k] != (state >> bit & 1 == 1)) {
-                    self.throw(k);
+                    self.gates().throw(k);
                 }
             }
             self.state.z.fill(0.0);
             self.state.l.fill(0.0);
-            if solve(self).is_ok() && self.agrees(&before.0) {
+            if solve(self).is_ok() && self.gates().agrees(&before.0) {
                 return Ok(());
             }
         }
         for &k in &open {
             if self.switching.gates[k] != before.0[k] {
-                self.throw(k);
+                self.gates().throw(k);
             }
         }
         (_, self.state.z, self.state.l, self.solver.stats.switchings) = before;
@@ -58,12 +59,14 @@ impl Stepper {
         }
         Err(failure)
     }
+}
 
+impl Gates<'_> {
     /// Whether the switches are as the solution has them: those that have left their states `before` are beyond
     /// the threshold that ends it.
     fn agrees(&mut self, before: &[bool]) -> bool {
         self.see_controls();
-        (0..self.switching.switches.len()).all(|k| {
+        (0..self.switching.count()).all(|k| {
             let left =
                 || self.switching.switches[k].distance(before[k], &self.state.z) <= self.known(k);
             !self.would_turn(k) && (self.switching.gates[k] == before[k] || left())

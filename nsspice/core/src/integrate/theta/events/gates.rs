@@ -1,19 +1,54 @@
 //! The gates of switches: which turn where the unknowns are now.
 
+use super::switching::Switching;
+use crate::integrate::theta::records::Facts;
+use crate::integrate::theta::solver::Solver;
+use crate::integrate::theta::state::State;
 use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
 use crate::integrate::theta::time_grid::{evaluate, first_breakpoint};
 use crate::mlcp::{Role, Start};
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::switch::Slack;
 use crate::tolerances::ACCEPT;
-use crate::waveform::{Side, INSTANT};
+use crate::waveform::{Side, Waveform, INSTANT};
 
 /// How far ahead a control at its threshold is looked at, as a part of the time to the next breakpoint or of a step.
 const AHEAD: f64 = 1e-3;
 /// Rounds in which all switches turn together.
 const TOGETHER: usize = MAX_REACTIONS / 2;
 
+/// What decides about switches sees the solver and the state, neither jumps nor records.
+pub(in crate::integrate) struct Gates<'a> {
+    pub switching: &'a mut Switching,
+    pub state: &'a mut State,
+    pub solver: &'a mut Solver,
+    pub facts: &'a Facts,
+    pub sources: &'a [Waveform],
+    /// nominal [s]
+    pub step_length: f64,
+    /// each point is a state at rest: nothing is stored, or a sweep leaves it out
+    pub at_rest: bool,
+    /// the state is that before sources or switches changed: no jump has been found
+    pub stale: bool,
+}
+
 impl Stepper {
+    /// What decides about switches, at the present state.
+    pub(in crate::integrate) fn gates(&mut self) -> Gates<'_> {
+        Gates {
+            switching: &mut self.switching,
+            state: &mut self.state,
+            solver: &mut self.solver,
+            facts: &self.facts,
+            sources: &self.waveforms,
+            step_length: self.schedule.step_length,
+            stale: self.instants.stale,
+            at_rest: self.facts.static_system || self.schedule.sweeping,
+        }
+    }
+}
+
+impl Gates<'_> {
     /// Takes notice of how far controls are from their thresholds.
     pub(in crate::integrate) fn see_controls(&mut self) {
         for (k, swing) in self.switching.swings.iter_mut().enumerate() {
@@ -27,13 +62,12 @@ impl Stepper {
     pub(in crate::integrate) fn react(&mut self) -> bool {
         self.see_controls();
         let mut changed = false;
-        for k in 0..self.switching.switches.len() {
+        for k in 0..self.switching.count() {
             if self.turns(k, &self.state.z) {
                 self.throw(k);
                 // a thyristor that opens carries no current: nothing else changes
-                changed |= !self.switching.switches[k].latching
-                    || self.switching.gates[k]
-                    || self.instants.stale;
+                changed |=
+                    !self.switching.switches[k].latching || self.switching.gates[k] || self.stale;
             }
         }
         changed
@@ -73,26 +107,21 @@ impl Stepper {
         let mut z = self.state.z.clone();
         self.switching.controls.fill(&self.solver.sys.linear.s, &self.state.u0, &mut z);
         let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
-        (0..self.switching.switches.len()).filter(turned).collect()
+        (0..self.switching.count()).filter(turned).collect()
     }
 
     /// Opens the thyristors that conduct no more; that changes nothing else.
     pub(in crate::integrate) fn unlatch(&mut self) {
-        for k in 0..self.switching.switches.len() {
-            if self.latched(k) && self.turns(k, &self.state.z) {
+        for k in 0..self.switching.count() {
+            if self.switching.latched(k) && self.turns(k, &self.state.z) {
                 self.throw(k);
             }
         }
     }
 
-    /// Whether a switch is a thyristor that has been fired.
-    pub(in crate::integrate) fn latched(&self, k: usize) -> bool {
-        self.switching.switches[k].role(self.switching.gates[k]) == Role::Diode
-    }
-
     /// The switches that turn where the unknowns are now.
     pub(in crate::integrate) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.switching.switches.len()).filter(|&k| self.turns(k, &self.state.z))
+        (0..self.switching.count()).filter(|&k| self.turns(k, &self.state.z))
     }
 
     /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
@@ -128,7 +157,7 @@ impl Stepper {
         // its threshold up to that, on either side
         let known = if self.solver.smooth.is_some() { ACCEPT } else { OF_EQUATION };
         // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
-        let blur = INSTANT * self.state.time / self.schedule.step_length;
+        let blur = INSTANT * self.state.time / self.step_length;
         Slack { part: known.max(blur), swing: self.switching.swings[k] }
     }
 
@@ -136,16 +165,16 @@ impl Stepper {
     fn is_at_threshold(&self, k: usize) -> bool {
         let switch = &self.switching.switches[k];
         let distance = switch.distance(self.switching.gates[k], &self.state.z);
-        distance.abs() <= switch.known(&self.state.z, self.slack(k)) && !self.latched(k)
+        distance.abs() <= switch.known(&self.state.z, self.slack(k)) && !self.switching.latched(k)
     }
 
     /// Looks which controls stay at their thresholds: in a step, those that were there at its begin; at a point of
     /// a network without storage, comparisons have the values that are written, and switches turn if the control
     /// is still there a little later.
     pub(in crate::integrate) fn look_for_rest(&mut self) {
-        let passing = !(self.facts.static_system || self.schedule.sweeping);
+        let passing = !(self.at_rest);
         let mut unsure = false;
-        for k in 0..self.switching.switches.len() {
+        for k in 0..self.switching.count() {
             let (gate, switch) = (self.switching.gates[k], &self.switching.switches[k]);
             self.switching.still[k] = if passing {
                 self.switching.resting.is_near(k)
@@ -160,7 +189,7 @@ impl Stepper {
         if unsure {
             self.look_ahead();
         }
-        for k in 0..self.switching.switches.len() {
+        for k in 0..self.switching.count() {
             if self.switching.still[k] && self.is_at_threshold(k) {
                 let swing = self.fading_swing(k);
                 self.switching.resting.note(k, &self.switching.switches[k], swing, self.state.time);
@@ -171,7 +200,7 @@ impl Stepper {
     /// Solves the static equations a little later, for controls that may only touch their thresholds now.
     fn look_ahead(&mut self) {
         let there: Vec<usize> =
-            (0..self.switching.switches.len()).filter(|&k| self.is_at_threshold(k)).collect();
+            (0..self.switching.count()).filter(|&k| self.is_at_threshold(k)).collect();
         let (z, l, u, active) = (
             self.state.z.clone(),
             self.state.l.clone(),
@@ -179,12 +208,12 @@ impl Stepper {
             self.state.active.clone(),
         );
         let time = self.state.time;
-        let breakpoint = first_breakpoint(&self.waveforms, time).0;
+        let breakpoint = first_breakpoint(self.sources, time).0;
         let room = if breakpoint.is_finite() { breakpoint - time } else { self.swing_of_time() };
         self.state.time = time + AHEAD * room;
-        evaluate(&self.waveforms, self.state.time, Side::Right, &mut self.state.u0);
+        evaluate(self.sources, self.state.time, Side::Right, &mut self.state.u0);
         self.state.u1.copy_from_slice(&self.state.u0);
-        if self.solver.solve_static(&mut self.state, Start::Warm).is_ok() {
+        if self.solver.solve_static(self.state, Start::Warm).is_ok() {
             for k in there {
                 self.switching.still[k] = self.switching.still[k] || self.is_at_threshold(k);
             }
@@ -200,7 +229,7 @@ impl Stepper {
 
     /// The swing beside which a control may have decayed: none where nothing is stored.
     pub(in crate::integrate) fn fading_swing(&self, k: usize) -> f64 {
-        if self.facts.static_system || self.schedule.sweeping {
+        if self.at_rest {
             0.0
         } else {
             self.switching.swings[k]
@@ -209,8 +238,8 @@ impl Stepper {
 
     /// A time in which sources change visibly [s].
     fn swing_of_time(&self) -> f64 {
-        let pace = self.waveforms.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
-        let step = pace.min(self.schedule.step_length);
+        let pace = self.sources.iter().map(|w| w.pace()).fold(f64::INFINITY, f64::min);
+        let step = pace.min(self.step_length);
         if step.is_finite() {
             step
         } else {
@@ -220,7 +249,7 @@ impl Stepper {
 
     /// Notes where the controls are at the end of a step.
     pub(in crate::integrate) fn note_controls(&mut self) {
-        for k in 0..self.switching.switches.len() {
+        for k in 0..self.switching.count() {
             let switch = &self.switching.switches[k];
             let known = switch.known(&self.state.z, self.slack(k));
             self.switching.resting.see(
@@ -234,7 +263,7 @@ impl Stepper {
     /// Whether a thyristor carries a current: one that has come to zero up to rounding is none.
     fn carries(&self, k: usize) -> bool {
         let pair = self.switching.switches[k].pair;
-        if !(self.latched(k) && self.state.active[pair]) {
+        if !(self.switching.latched(k) && self.state.active[pair]) {
             return false;
         }
         let [voltage, current] = self.solver.sys.largest(&[&self.state.z]);

@@ -4,3 +4,4 @@ pub(in crate::integrate) mod gate_search;
 pub(in crate::integrate) mod gates;
 pub(in crate::integrate) mod impacts;
 pub(in crate::integrate) mod source_controlled;
+pub(in crate::integrate) mod switching;

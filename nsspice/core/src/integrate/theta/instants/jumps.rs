@@ -226,7 +226,7 @@ impl Stepper {
             } else {
                 self.impulse_or_leave()?;
             }
-            changed = self.react_in(round);
+            changed = self.gates().react_in(round);
         }
         if changed {
             self.solver.stats.chatter += 1;
