@@ -124,7 +124,7 @@ def test_a_free_period() -> None:
         top, end = cycle(u)
         return np.array([out @ u[:2] - 4.95, out @ top - 5.05, *(end - u[:2])])
 
-    u = fsolve(equations, [1.0, 5.0, 0.6, 0.9], xtol=1e-15)
+    u = fsolve(equations, [1.0, 5.0, 0.6, 0.9], xtol=1e-13)
     period = (u[2] + u[3]) * 1e-5
     sol = nsspice.pss(circuit("steady/hysteretic_buck.net"))
     assert abs(sol.periodic.period - period) < 1e-11 * period
