@@ -1,10 +1,10 @@
 //! What the inner parts of a run cost: steps, the equations of a network in its structure, an instant.
 
 use _core::descriptor::Linear;
+use _core::descriptor::Smooth;
 use _core::instant::{Before, Reinitialiser};
 use _core::integrate::{Accuracy, Outputs, Part, Progress, Sdirk, Stepper, System, Tableau};
 use _core::mlcp::Role;
-use _core::newton::Smooth;
 use _core::sparse::Csc;
 use _core::structure::{Coordinates, Law, Network};
 use _core::tape::{Program, Tape, NAMES};

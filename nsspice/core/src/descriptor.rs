@@ -1,7 +1,8 @@
-//! The linear part of a complementarity descriptor system, which all engines and the checks share.
+//! A complementarity descriptor system, linear part and smooth functions, which all engines and the checks share.
 
 use crate::rounding::of_entries;
 use crate::sparse::Csc;
+use crate::tape::Tape;
 use crate::union_find::UnionFind;
 use std::collections::BTreeMap;
 
@@ -24,6 +25,17 @@ pub struct Linear {
     pub s: Csc,
     /// 0 for laws of currents, 1 for laws of voltages
     pub row_kind: Vec<u8>,
+}
+
+/// Smooth functions and where they enter.
+#[derive(Clone)]
+pub struct Smooth {
+    /// the p functions
+    pub tape: Tape,
+    /// n x p: where they enter as they are
+    pub f: Csc,
+    /// n x p: where their rates enter
+    pub q: Csc,
 }
 
 impl Linear {

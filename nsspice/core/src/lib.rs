@@ -23,6 +23,7 @@ mod format;
 mod limits;
 mod perfect_coupling;
 mod pieces;
+mod pivots;
 mod python;
 mod rounding;
 mod row_clock;

@@ -5,8 +5,7 @@ use super::matrix::Entries;
 use super::rounding::{share, Reach};
 use super::{Between, ITERATED, TOLERANCE};
 use crate::dense::dot;
-use crate::descriptor::Linear;
-use crate::newton::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
 
 /// An energy, or power, that the largest voltage and current bring about: a form of both.

@@ -19,8 +19,7 @@ use super::batched::{
 use super::powers::Powers;
 use super::{ratio, Between, TOLERANCE};
 use crate::dense::dot;
-use crate::descriptor::Linear;
-use crate::newton::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
 
 /// What the sums of a run came to [J].

@@ -1,6 +1,6 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
-use crate::linear::{Singular, Sizes, TRACE};
+use crate::pivots::{Singular, Sizes, TRACE};
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::sparse::Csc;
 

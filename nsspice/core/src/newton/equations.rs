@@ -1,10 +1,11 @@
 //! The system as arrays: one pattern for the Jacobians of all modes, points and step lengths.
 
 use super::combined::Combined;
+use crate::descriptor::Smooth;
 use crate::linear::ordering;
 use crate::sparse::{Csc, Ordering};
 use crate::structure::Coordinates;
-use crate::tape::{Linearisation, Tape};
+use crate::tape::Linearisation;
 use crate::tolerances::FLOOR;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,17 +15,6 @@ const CONDUCTANCE: f64 = 1e-3;
 
 /// Rows that are balanced at a time.
 pub(super) const FOUR: usize = 4;
-
-/// Smooth functions and where they enter.
-#[derive(Clone)]
-pub struct Smooth {
-    /// the p functions
-    pub tape: Tape,
-    /// n x p: where they enter as they are
-    pub f: Csc,
-    /// n x p: where their rates enter
-    pub q: Csc,
-}
 
 /// Where something counts.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -40,7 +40,7 @@ mod stored;
 #[cfg(test)]
 mod tests;
 
-pub use equations::{Equations, Smooth};
+pub use equations::Equations;
 pub use euler_newton::{Data, Tracking, ASTRAY};
 pub use path::{Path, Points, Problem};
 pub use solve::{Newton, Solved, Unsolved};

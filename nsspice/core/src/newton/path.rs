@@ -1,8 +1,8 @@
 //! A generalized equation at many points: solved at each, or followed from one to the next.
 
-use super::equations::Smooth;
 use super::euler_newton::{Data, Tracking, ASTRAY};
 use super::solve::Newton;
+use crate::descriptor::Smooth;
 use crate::mlcp::{Role, Start};
 use crate::sparse::Csc;
 

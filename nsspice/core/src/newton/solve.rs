@@ -2,11 +2,12 @@
 
 use super::convergence::{Balance, Judgement};
 use super::cycling::Turns;
-use super::equations::{Equations, Smooth};
+use super::equations::Equations;
 use super::homotopy;
 use super::linear::Assembly;
 use super::rates::rates_kept;
 use super::state::{Limits, Problem, State};
+use crate::descriptor::Smooth;
 use crate::mlcp::{Residual, Role, Start};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;

@@ -1,4 +1,5 @@
-use super::{Newton, Smooth};
+use super::Newton;
+use crate::descriptor::Smooth;
 use crate::mlcp::{Role, Start};
 use crate::sparse::Csc;
 use crate::tape::{Program, Tape, NAMES};

@@ -1,7 +1,8 @@
 //! Bindings of tapes and generalized equations.
 
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, TapeSpec};
-use crate::newton::{Points, Problem, Smooth};
+use crate::descriptor::Smooth;
+use crate::newton::{Points, Problem};
 use crate::tape::{Linearisation, NAMES};
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -3,9 +3,9 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::Linear;
+use crate::descriptor::Smooth;
 use crate::modewise::mode::HIGH_INDEX;
 use crate::modewise::{Assembly, Inputs, Prepared};
-use crate::newton::Smooth;
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge};
 use crate::switch::{AtThreshold, Switch};

@@ -7,7 +7,7 @@
 
 use super::lu::Entry;
 use super::{Csc, SparseLu};
-use crate::linear::TRACE;
+use crate::pivots::TRACE;
 use crate::rounding::OF_EQUATION;
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that

@@ -1,7 +1,7 @@
 //! Sparse LU factors: what is stored, and solving with it.
 
 use super::{Csc, Ordering};
-use crate::linear::{Singular, Sizes};
+use crate::pivots::{Singular, Sizes};
 use std::sync::Arc;
 
 /// One entry of a triangular factor, by positions in the elimination order.  It names its column

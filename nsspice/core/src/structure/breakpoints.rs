@@ -9,8 +9,7 @@
 //! resistance) to the nodes whose voltages it gives; a node with a capacitor closes a loop.  What is not
 //! recognised counts as a loop.
 
-use crate::descriptor::Linear;
-use crate::newton::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
 
 /// The entries of a matrix by row and by column.

@@ -1,7 +1,6 @@
 //! The voltages of a spanning tree as unknowns: which node each one belongs to, and against which it is counted.
 
-use crate::descriptor::Linear;
-use crate::newton::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
 use std::collections::BTreeMap;
 

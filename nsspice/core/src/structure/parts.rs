@@ -4,8 +4,7 @@
 //! nothing else.  What a junction across the source carries has no share in the currents of a clamp beside it, neither
 //! as numbers nor as their rounding.
 
-use crate::descriptor::Linear;
-use crate::newton::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
 use crate::union_find::UnionFind;
 
