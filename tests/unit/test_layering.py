@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import re
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -86,6 +88,18 @@ def test_slow_libraries_are_imported_late(path: Path) -> None:
 
 def test_every_folder_has_a_rule() -> None:
     assert {folder_of(p) for p in FILES} <= {*ALLOWED, "__init__", "__main__"}
+
+
+def test_modules_of_the_core_import_one_way() -> None:
+    core = PACKAGE / "core" / "src"
+    imported: dict[str, set[str]] = {}
+    for path in core.rglob("*.rs"):
+        module = path.relative_to(core).with_suffix("").parts[0]
+        code = re.sub("//.*", "", path.read_text("utf-8").split("#[cfg(test)]")[0])
+        if path.stem not in ("tests", "examples") and "tests" not in path.parts:
+            imported.setdefault(module, set()).update(re.findall(r"\bcrate::(\w+)", code))
+    order = TopologicalSorter({m: others - {m} for m, others in imported.items()})
+    assert "integrate" in order.static_order()  # raises CycleError with the circle
 
 
 def test_no_file_is_too_long() -> None:

@@ -21,6 +21,9 @@ pub const CLEARLY: f64 = 0.1;
 /// take some thirty rounds, about as many as are granted.
 pub const PROGRESS: f64 = 0.5;
 
+/// A run whose relative errors stay below this passes.
+pub const TOLERANCE: f64 = 1e-8;
+
 /// Ratio of rates or of sizes whose larger part, rounded as a solution is, leaves the smaller one known no better than
 /// the certificate asks.
-pub const LOST_BEYOND: f64 = crate::audit::TOLERANCE / crate::rounding::OF_SOLUTION;
+pub const LOST_BEYOND: f64 = TOLERANCE / crate::rounding::OF_SOLUTION;

@@ -38,6 +38,7 @@ pub use steps::Steps;
 pub use sums::{Balance, Points, Sums};
 
 use crate::structure::{Coordinates, Edge};
+pub use crate::tolerances::TOLERANCE;
 
 /// The elements between nodes that matrices are sums of, and what the unknowns are.
 #[derive(Clone, Copy)]
@@ -49,9 +50,6 @@ pub struct Between<'a> {
     /// the voltages that are unknowns
     pub coordinates: &'a Coordinates,
 }
-
-/// A run whose relative errors stay below this passes.
-pub const TOLERANCE: f64 = 1e-8;
 
 /// Relative residual at which Newton's method ends in a step of fixed length: a hundredth of what a
 /// step is accepted with, so that it is far below the error of a method of first order and above the

@@ -2,8 +2,7 @@
 
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
-use crate::descriptor::Linear;
-use crate::descriptor::Smooth;
+use crate::descriptor::{Linear, Smooth};
 use crate::modewise::mode::HIGH_INDEX;
 use crate::modewise::{Assembly, Inputs, Prepared};
 use crate::sparse::Csc;

@@ -2,8 +2,7 @@
 
 use super::affine_map::{MapInputs, ModeMap, MAX_ENTRIES};
 use super::matrices::{Ends, StepMatrices};
-use crate::descriptor::Smooth;
-use crate::descriptor::{sums_that_store_nothing, Linear};
+use crate::descriptor::{sums_that_store_nothing, Linear, Smooth};
 use crate::mlcp::{Driver, ModeFactor, Problem};
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
