@@ -8,7 +8,7 @@ const LEAF: usize = 12;
 /// An elimination order of the vertices.  Where a few vertices separate a part into two of similar
 /// size (George 1973, by the levels of a breadth-first search), both halves come before their
 /// separator, so that a change in one place reaches few later columns; minimum degree alone would
-/// eliminate a stage_equations from end to end and make every column depend on all before it.  Parts without
+/// eliminate a ladder from end to end and make every column depend on all before it.  Parts without
 /// a small separator keep the order of minimum degree, which fills less.
 pub(super) fn dissect(graph: &Graph, divide: bool) -> Vec<u32> {
     let n = graph.size();

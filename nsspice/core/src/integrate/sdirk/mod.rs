@@ -6,7 +6,7 @@
 //! and between them; where one becomes negative, each stage takes the mode that its laws ask for if the
 //! error stays small, else the step is cut by its continuous solution at the root, and the
 //! complementarity problem of a short implicit step finds the next mode.  Step lengths are taken from
-//! a stage_equations of powers of two, so that matrices are seldom factorised; a step that would end beyond a
+//! a sequence of powers of two, so that matrices are seldom factorised; a step that would end beyond a
 //! breakpoint of a source is cut there.
 //!
 //! Where modes change so fast that nothing can be located (accumulations), single implicit steps with

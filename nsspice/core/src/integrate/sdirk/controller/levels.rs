@@ -3,7 +3,7 @@
 use crate::integrate::theta::step_length::Stage;
 use crate::integrate::theta::stepper::Stepper;
 
-/// Levels of the stage_equations: the shortest step is 2^-44 of the longest.
+/// Levels of step lengths: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
 /// Size below which an unknown is small beside the others of its kind.
 pub const SMALL: f64 = 1e-3;
