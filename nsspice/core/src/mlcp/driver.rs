@@ -5,13 +5,10 @@ use super::model::Model;
 use super::modes::ModeFactor;
 use super::problem::{Problem, Role, Start};
 use super::residual::{residual, Residual};
-use super::scratch::Scratch;
+use super::scratch::{Scratch, ACCEPT_DATA};
 use super::{active_set, exhaustive, interior, proximal};
 use crate::tolerances::ACCEPT;
 use std::sync::Arc;
-
-/// The same for solutions found by following a path, which may lead nowhere.
-const SUSPECT_PATH: f64 = 1e6;
 
 /// Solves a sequence of problems with equal matrices.
 pub struct Driver {
@@ -96,9 +93,7 @@ impl Driver {
             stage,
             iterations: s.iterations,
             residual,
-            // what is accepted of so large a solution may be all of the data
-            needs_certificate: s.growth()
-                > if stage == 1 && !s.doubtful { 1.0 / ACCEPT } else { SUSPECT_PATH },
+            needs_certificate: s.growth() > largest_growth(stage == 1 && !s.doubtful),
             flawed,
         })
     }
@@ -123,8 +118,7 @@ impl Driver {
         let finite = s.f.iter().chain(&s.start).all(|v| v.is_finite());
         let near = finite && active_set::solve(s).is_some();
         let solved = near || finite && proximal::solve(s).is_some();
-        let sound =
-            solved && !s.doubtful && s.growth() <= if near { 1.0 / ACCEPT } else { SUSPECT_PATH };
+        let sound = solved && !s.doubtful && s.growth() <= largest_growth(near);
         if sound {
             z.copy_from_slice(&s.x[..n]);
             l.copy_from_slice(&s.x[n..]);
@@ -172,6 +166,12 @@ impl Driver {
     pub fn active(&self) -> &[bool] {
         &self.scratch.active
     }
+}
+
+/// How large a solution may be against its data.  What is accepted of a larger one may be all of the data; of one
+/// that was found by following a path, which may lead nowhere, so much of it as is accepted at most.
+fn largest_growth(near: bool) -> f64 {
+    1.0 / if near { ACCEPT } else { ACCEPT_DATA }
 }
 
 /// Begins at a point, and stays near it where the laws leave something open.

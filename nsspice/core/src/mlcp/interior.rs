@@ -1,5 +1,6 @@
 //! Stage 3: Mehrotra's predictor-corrector interior point method, then polishing.
 
+use super::modes::{LEVELS, SHIFTED};
 use super::polish;
 use super::problem::Role;
 use super::residual::Residual;
@@ -7,8 +8,6 @@ use super::scratch::Scratch;
 use crate::linear::Factor;
 
 const ITERATIONS: usize = 100;
-/// Added to the scaled equations so that singular ones can be factored; the iteration corrects it.
-const SHIFT: f64 = 1e-9;
 /// Part of the way to the boundary taken in one step.
 const STEP: f64 = 0.995;
 /// Polishing is tried whenever the gap has fallen below one of these.
@@ -56,7 +55,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
             let (l, w) = (p.x[n + i], p.w[i]);
             weight[i] = l / (l + w);
         }
-        model.jacobian(|i| weight[i], SHIFT, &mut jacobian.values);
+        model.jacobian(|i| weight[i], LEVELS[SHIFTED], &mut jacobian.values);
         match &mut factor {
             Some(f) => f.factor(&jacobian),
             None => factor = Some(Factor::new(&jacobian, &model.ordering)),

@@ -5,9 +5,7 @@
 
 use super::problem::Role;
 use super::scratch::Scratch;
-
-/// Entries below this part of the largest of their column do not serve as pivots.
-const PIVOT: f64 = 1e-11;
+use crate::rounding::OF_SOLUTION;
 
 /// Basic pairs of `w = M l + q >= 0`, `l >= 0`, `w' l = 0`: true where `l` is basic.  `matrix` is
 /// stored by rows.  `None` at a secondary ray or after too many pivots.
@@ -61,7 +59,8 @@ fn leaving_row(
     let m = basis.len();
     let largest = (0..m).fold(0.0f64, |a, i| a.max(t[i * width + entering].abs()));
     let mut best: Option<usize> = None;
-    for i in (0..m).filter(|&i| t[i * width + entering] > PIVOT * largest) {
+    // what pivots have left of smaller entries is rounding
+    for i in (0..m).filter(|&i| t[i * width + entering] > OF_SOLUTION * largest) {
         let Some(b) = best else {
             best = Some(i);
             continue;

@@ -6,6 +6,7 @@ use crate::dense::LeastNorm;
 use crate::linear::{Factor, DENSE_LIMIT};
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::{Csc, Extent, Packed};
+use crate::tolerances::ACCEPT;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, OnceLock};
 
@@ -22,12 +23,12 @@ const SAMPLE: u32 = 16;
 const REFINED: (f64, f64) = (1e-12, 1e-6);
 /// Larger defects mean that a mode has not been solved at all.
 const SOLVED: (f64, f64) = (1e-10, 1e-3);
-/// Largest solution of a nearly singular mode relative to its data.
-const LARGEST_GROWTH: f64 = 1e11;
 
 /// Weights added to the diagonal of the scaled equations: 0 is the problem itself, then those of
 /// the proximal point method, at last that of `ModeFactor::correct`.
 pub(crate) const LEVELS: [f64; 8] = [0.0, 1e-6, 1e-9, 1e-12, 1e-3, 1e-4, 1e-7, 1e-14];
+/// The level at which singular equations can be factored where an iteration corrects what it changes.
+pub(crate) const SHIFTED: usize = 2;
 /// The level that finds the nearest solution of a singular mode.
 pub(crate) const NEAREST: usize = 6;
 
@@ -320,8 +321,8 @@ impl ModeFactor {
         terms.copy_from_slice(rhs);
         self.scale_rows(terms);
         let data = terms.iter().fold(size(before), |a, v| a.max(v.abs()));
-        // also false for NaN; beyond, it is the direction of the kernel that has been found
-        let credible = size(x) <= LARGEST_GROWTH * data;
+        // also false for NaN; what is accepted of a larger one is all of the data: it is the direction of the kernel
+        let credible = ACCEPT * size(x) <= data;
         if credible && self.accurate(SOLVED, x, rhs, defect, terms) {
             return true;
         }

@@ -20,8 +20,6 @@ const POLISH_AT: [u32; 9] = [1, 2, 3, 5, 8, 12, 18, 27, 30];
 const ROUNDS: usize = 40;
 /// Lemke's tableau is not made for more pairs; pivoting goes on instead.
 const LEMKE_LIMIT: usize = 600;
-/// Beside unknowns of this size, in the scaled system, rounding leaves two digits of what has the size of the data.
-const DIVERGED: f64 = 1e14;
 
 /// True if `s.x` solves the problem.
 pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
@@ -75,7 +73,8 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
                     return Some(found);
                 }
             }
-            if still || reach > DIVERGED || (!solved && k > 3) {
+            // beside larger unknowns rounding leaves nothing of what has the size of the scaled data
+            if still || OF_SOLUTION * reach > 1.0 || (!solved && k > 3) {
                 break;
             }
         }

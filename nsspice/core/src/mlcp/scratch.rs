@@ -16,9 +16,6 @@ pub(super) const ACCEPT_DATA: f64 = 1e-6;
 /// tell whether there is one.
 const NO_DATA: f64 = 0.01;
 
-/// Slacks (multipliers) that should vanish are flaws from this part of the terms of their own on.
-const FLAW: f64 = 1e-9;
-
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
@@ -287,8 +284,9 @@ impl Scratch {
         let voltage = OF_SOLUTION * largest(&terms[n..]).max(rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
-            let current = current.max(FLAW * model.multiplier_terms(i, terms));
-            let voltage = voltage.max(FLAW * terms[n + i]);
+            // a flaw is clearly more than what an equation may be missed by, too, as a part of its own terms
+            let current = current.max(ACCEPT / CLEARLY * model.multiplier_terms(i, terms));
+            let voltage = voltage.max(ACCEPT / CLEARLY * terms[n + i]);
             let (no_l, no_w) = (l.abs() <= current, w.abs() <= voltage);
             match role {
                 Role::Diode => (no_l && w >= -voltage) || (no_w && l >= -current),
