@@ -9,6 +9,7 @@ use super::lu::Entry;
 use super::{Csc, SparseLu};
 use crate::pivots::TRACE;
 use crate::rounding::OF_EQUATION;
+use crate::tolerances::ACCEPT;
 
 /// The diagonal entry is the pivot if it reaches this part of the largest candidate in a row that
 /// no mode change touches ...
@@ -17,9 +18,6 @@ const PREFER_DIAGONAL: f64 = 1e-2;
 /// under a node of small capacitance is large only until the pair blocks, so that taking it would
 /// change the pivots with the mode.  What the growth costs in accuracy, one refinement regains.
 pub(super) const PREFER_FIXED: f64 = 1e-6;
-
-/// Beside a pivot of more than this part of its column less was lost than counts: more is not looked at.
-const SUSPECT: f64 = 1e-9;
 
 /// Marks a row that is no pivot yet, and a column whose row is found last.
 const FREE: u32 = u32::MAX;
@@ -278,10 +276,11 @@ impl SparseLu {
         row: impl Fn(usize) -> u32,
         p: usize,
     ) -> bool {
-        // of the terms that a pivot is the sum of, and of the entries that were summed before
+        // of the terms that a pivot is the sum of, and of the entries that were summed before; what is left of larger
+        // parts of a column is known by more than is asked of solutions
         let rounding = |terms: f64| pivot <= (OF_EQUATION * terms).max(TRACE * scale);
         self.hold > 0.0
-            && pivot <= SUSPECT * scale
+            && pivot <= ACCEPT * scale
             && (rounding(terms) || rounding(self.summed(a, k, row, p)))
     }
 

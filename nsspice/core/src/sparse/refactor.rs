@@ -2,10 +2,7 @@
 
 use super::factor::PREFER_FIXED;
 use super::{Csc, SparseLu};
-
-/// An old pivot stays unless an entry below it is larger by more than this factor: somewhat beyond
-/// the threshold at which pivots are chosen, so that they do not flutter between two modes.
-const LARGEST_FACTOR: f64 = 10.0 / PREFER_FIXED;
+use crate::tolerances::CLEARLY;
 
 /// How much of the factors was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,7 +135,9 @@ impl SparseLu {
             let l = if lost { 0.0 } else { v / pivot };
             changed |= l != e.value;
             let size = self.sizes.row(self.row[e.row as usize] as usize);
-            usable &= alone || l.abs() * own <= LARGEST_FACTOR * size;
+            // clearly beyond the threshold at which pivots are chosen they are chosen anew: at the threshold itself
+            // they would flutter between two modes
+            usable &= alone || CLEARLY * PREFER_FIXED * l.abs() * own <= size;
             e.value = l;
         }
         self.inverse[k] = inverse;
