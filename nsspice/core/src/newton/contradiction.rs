@@ -9,14 +9,12 @@
 use super::equations::Equations;
 use super::linear::Assembly;
 use super::state::State;
-use crate::tolerances::ACCEPT;
+use crate::tolerances::{ACCEPT, CLEARLY};
 
-/// Laws that leave so much of each other have no solution here, however large other voltages are.
-const GROSS: f64 = 1e-3;
-/// What a held column moves by itself if the Jacobian without it is singular: all of it.
-const ALL: f64 = 0.5;
-/// Smaller parts of the terms of a power are its rounding.
-const KNOWN: f64 = 1e-6;
+/// Neither rounding nor an iteration near its end leaves so large a part: laws that leave that much of each other have
+/// no solution here, however large other voltages are; a first step that ends with it has led away; and a point that
+/// would move its largest unknown by it tends to no solution.
+pub(super) const GROSS: f64 = 1e-3;
 
 impl State {
     /// Takes what contradicts by rounding out of the right-hand side in `step`, in the law with the largest
@@ -78,7 +76,9 @@ impl State {
             let power = |i: usize| y[i] * moved[i] / (eq.unit[i] * eq.unit[i]);
             let powers = (0..eq.size()).filter(|&i| on(i)).map(power);
             let (sum, size) = powers.fold((0.0, 0.0), |(s, a), p| (s + p, a + p.abs()));
-            if sum.abs() > KNOWN * size && moved[c] > ALL {
+            // a power that is less beside its terms may be rounding; a held column moves by all of itself if the
+            // Jacobian without it is singular, or not at all
+            if sum.abs() > ACCEPT * size && moved[c] > CLEARLY {
                 let amount = self.step[c] / moved[c];
                 let turned = if sum < 0.0 { -amount } else { amount };
                 add(turned - amount, &moved, &mut self.step);

@@ -9,10 +9,6 @@ use crate::rounding::{OF_EQUATION, UNIT};
 use crate::tape::Tape;
 use crate::tolerances::{CLEARLY, FLOOR};
 
-/// Rounding excuses what is clearly more than that, or currents below this part of the largest: those of leakage are
-/// rounded by less than counts.
-const SLIGHT: f64 = 1e-3;
-
 widest! {
     /// See [`Balance::shares`].
     fn shares<const B: usize>(balance: &mut Balance, eq: &Equations, x: &[f64]) -> Shares =
@@ -158,8 +154,9 @@ impl Balance {
         let shares = &self.shares[..eq.n];
         let ratio = |i: usize| {
             let rounding = OF_EQUATION * Self::steepness(assembly, tape, x, i);
-            // a law that is one function alone may vanish, which counts in steps only
-            let slight = || eq.kind(i) == 0 && rounding <= SLIGHT * branch;
+            // a law that is one function alone may vanish, which counts in steps only; so small a part of the largest
+            // current is none beside it, as those of leakage are
+            let slight = || eq.kind(i) == 0 && rounding <= FLOOR * branch;
             // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
             let whole = rounding <= CLEARLY * self.sizes[i] || slight();
             // where nothing else flows, what rounding of the voltages drives through charges is no current either

@@ -1,5 +1,6 @@
 //! Points whose residual falls although no solution is near.
 
+use super::contradiction::GROSS;
 use super::solve::Newton;
 use crate::mlcp::Residual;
 use crate::rounding::OF_SOLUTION;
@@ -7,8 +8,6 @@ use crate::tape::Linearisation;
 
 /// Iterations from which on a static point is looked at again.
 const SLOW: u32 = 8;
-/// Part of the largest voltage or current that a solution does not move by.
-const MOVES: f64 = 1e-3;
 
 impl Newton {
     /// Whether a static point with the residual `found`, which took many iterations, still moves by a part of
@@ -28,7 +27,7 @@ impl Newton {
         let change: Vec<f64> = self.state.x[..n].iter().zip(&x).map(|(a, b)| a - b).collect();
         let mut moves = [0.0; 2];
         self.widen(&change, &mut moves);
-        let goes = moved && moves.iter().zip(size).any(|(m, size)| *m > MOVES * size);
+        let goes = moved && moves.iter().zip(size).any(|(m, size)| *m > GROSS * size);
         let s = &mut self.state;
         s.x.copy_from_slice(&x);
         s.active.copy_from_slice(&active);

@@ -14,10 +14,6 @@ use crate::tape::Linearisation;
 /// Correctors where the functions have kinks: there one linearisation may be that of the wrong side.
 const WITH_KINKS: usize = 3;
 
-/// Relative residual of the equations from which on a followed point may be that of another path, or of
-/// none.
-pub const ASTRAY: f64 = 0.1;
-
 /// How the path is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tracking {

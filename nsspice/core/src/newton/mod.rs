@@ -41,7 +41,7 @@ mod stored;
 mod tests;
 
 pub use equations::Equations;
-pub use euler_newton::{Data, Tracking, ASTRAY};
+pub use euler_newton::{Data, Tracking};
 pub use path::{Path, Points, Problem};
 pub use solve::{Newton, Solved, Unsolved};
 pub use stored::StoredFunction;

@@ -1,10 +1,11 @@
 //! A generalized equation at many points: solved at each, or followed from one to the next.
 
-use super::euler_newton::{Data, Tracking, ASTRAY};
+use super::euler_newton::{Data, Tracking};
 use super::solve::Newton;
 use crate::descriptor::Smooth;
 use crate::mlcp::{Role, Start};
 use crate::sparse::Csc;
+use crate::tolerances::CLEARLY;
 
 /// `G z + F f(z, t) + A l = right(t)`, `w = q - B z + D l`, one row per point.
 pub struct Problem {
@@ -158,7 +159,8 @@ impl Problem {
                 }
             }
             let found = newton.residual_at(&here, &z, &l).worst();
-            if found <= ASTRAY {
+            // a point that is not clearly better may be of another path, or of none
+            if found <= CLEARLY {
                 newton.widen(&z, &mut largest);
             } else if tracking.is_some() {
                 doubtful.push((k, newton.left_to_move(&here, &z, &l)));
@@ -167,7 +169,7 @@ impl Problem {
         }
         // nan is lost as well
         let lost = |moves: &[f64; 2]| {
-            moves.iter().zip(largest).any(|(m, most)| m.is_nan() || *m > ASTRAY * most)
+            moves.iter().zip(largest).any(|(m, most)| m.is_nan() || *m > CLEARLY * most)
         };
         if let Some((k, _)) = doubtful.iter().find(|(_, moves)| lost(moves)) {
             path.failed = path.residuals[*k];

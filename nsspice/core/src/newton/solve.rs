@@ -1,5 +1,6 @@
 //! The iteration.
 
+use super::contradiction::GROSS;
 use super::convergence::{Balance, Judgement};
 use super::cycling::Turns;
 use super::equations::Equations;
@@ -9,16 +10,13 @@ use super::rates::rates_kept;
 use super::state::{Limits, Problem, State};
 use crate::descriptor::Smooth;
 use crate::mlcp::{Residual, Role, Start};
+use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
 use crate::tolerances::{ACCEPT, CLEARLY, PROGRESS};
 use std::sync::Arc;
 
-/// Relative residual at which the iteration ends.
-const DONE: f64 = 1e-14;
-/// A first step with a Jacobian of old that ends with more than this has led away.
-const ASTRAY: f64 = 1e-3;
 /// Guesses that are not judged after one that was not good enough: in a circuit at rest they are.
 const UNJUDGED: u8 = 7;
 /// Iterations from a good start.
@@ -85,6 +83,11 @@ pub(super) struct Pull<'a> {
     pub centre: &'a [f64],
 }
 
+/// Relative residual at which the iteration ends: clearly less than rounding leaves of a solution.
+fn finest() -> f64 {
+    CLEARLY * OF_SOLUTION
+}
+
 const NOWHERE: Judgement = Judgement { residual: Residual::INFINITE, worst_row: 0, unknown: false };
 
 impl Newton {
@@ -111,7 +114,7 @@ impl Newton {
             most: rates_kept(&eq),
             present: 0,
             stamp: 0,
-            accuracy: DONE,
+            accuracy: finest(),
             brief: false,
             predicted: false,
             prediction: vec![0.0; eq.n],
@@ -150,7 +153,8 @@ impl Newton {
     /// Lets the iteration end at a relative residual; it stays between what rounding allows and a
     /// tenth of what is accepted.  With 0 the iteration goes on while it helps.
     pub fn set_accuracy(&mut self, accuracy: f64) {
-        self.accuracy = if accuracy > 0.0 { accuracy.clamp(DONE, CLEARLY * ACCEPT) } else { 0.0 };
+        self.accuracy =
+            if accuracy > 0.0 { accuracy.clamp(finest(), CLEARLY * ACCEPT) } else { 0.0 };
         self.tape.set_accuracy(self.accuracy);
     }
 
@@ -505,7 +509,7 @@ impl Newton {
     fn goes_back(&mut self, found: &Judgement) -> bool {
         let s = &mut self.state;
         let Some(points) = s.kept.get(s.x.len()..) else { return false };
-        let away = self.tape.limited() || found.residual.worst() > ASTRAY;
+        let away = self.tape.limited() || found.residual.worst() > GROSS;
         if away {
             s.x.copy_from_slice(&s.limits.begin);
             self.tape.set_points(points);

@@ -5,6 +5,7 @@ use super::equations::Equations;
 use super::linear::Assembly;
 use crate::mlcp::Role;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
+use crate::tolerances::FLOOR;
 
 /// Pivots that keep unknowns near where they are if the linearised equations leave them open: the
 /// rounding of the equations moves them no further than by its quotient with the first.
@@ -13,9 +14,6 @@ const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 /// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
 /// and leave no trace of which way each of them is driven.
 const REACH: f64 = 2.0;
-/// A current that goes round drives no voltage but what rounding makes of the held pivots, and nothing
-/// that is stored.
-const DRIVEN: f64 = 1e-6;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
 const INSIST: u8 = 3;
@@ -258,7 +256,8 @@ fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> bool {
         let largest = if bare { &mut flows } else { &mut rest };
         *largest = largest.max((v / scale).abs());
     }
-    rest <= DRIVEN * flows
+    // what rounding makes of the held pivots is nothing beside the current
+    rest <= FLOOR * flows
 }
 
 /// Slack of pair `i` at `x` and the size of its terms.

@@ -8,9 +8,10 @@ use super::step_length::System;
 use super::time_grid::{evaluate, slopes};
 use crate::descriptor::{Linear, Smooth};
 use crate::mlcp::{Residual, Start};
-use crate::newton::{Data, Newton, Tracking, ASTRAY};
+use crate::newton::{Data, Newton, Tracking};
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
+use crate::tolerances::CLEARLY;
 use crate::waveform::{Side, Waveform};
 
 /// A prediction that reaches further than this many steps back is none.
@@ -397,7 +398,8 @@ impl Solver {
         }
         let grid = smooth.newton.residual_at(&here, &state.z, &state.l);
         let worst = grid.worst();
-        if worst > ASTRAY || worst.is_nan() {
+        // such a point may be of another path, or of none
+        if worst > CLEARLY || worst.is_nan() {
             state.z.copy_from_slice(&self.scratch.z_before);
             state.l.copy_from_slice(&self.scratch.l_before);
             return Err(self.failed(state, f64::INFINITY, worst, false, None));
