@@ -28,9 +28,9 @@ pub(super) fn graded_qr(a: &Matrix) -> (Matrix, Matrix) {
     let mut q = Matrix::identity(rows);
     let mut left: Vec<usize> = (0..cols).collect();
     for k in 0..cols.min(rows) {
-        let rest = |c: usize| (k..rows).fold(0.0f64, |m, r| m.hypot(w[(r, c)]));
-        let most = (0..left.len()).max_by(|&i, &j| rest(left[i]).total_cmp(&rest(left[j])));
-        let Some(c) = most.map(|at| left.swap_remove(at)) else { break };
+        let rest = |&c: &usize| norm(&column_from(&w, k, c));
+        let most = left.iter().map(rest).enumerate().max_by(|i, j| i.1.total_cmp(&j.1));
+        let Some(c) = most.map(|(at, _)| left.swap_remove(at)) else { break };
         reflect(&mut w, &mut q, k, c);
         (k + 1..rows).for_each(|r| w[(r, c)] = 0.0);
     }
@@ -39,10 +39,15 @@ pub(super) fn graded_qr(a: &Matrix) -> (Matrix, Matrix) {
     (q.select_rows(&places), Matrix::from_fn(cols, cols, |i, j| w[(i, j)]))
 }
 
+/// A column from row `k` on.
+fn column_from(w: &Matrix, k: usize, column: usize) -> Vec<f64> {
+    (k..w.rows).map(|r| w[(r, column)]).collect()
+}
+
 /// Turns what is left of a column to the axis `k`.
 fn reflect(w: &mut Matrix, q: &mut Matrix, k: usize, column: usize) {
-    let mut v: Vec<f64> = (k..w.rows).map(|r| w[(r, column)]).collect();
-    let size = v.iter().fold(0.0f64, |m, x| m.hypot(*x));
+    let mut v = column_from(w, k, column);
+    let size = norm(&v);
     if size == 0.0 {
         return;
     }
