@@ -8,6 +8,7 @@
 //! at common instants, so that the two switches of a leg go on changing together.
 
 use crate::switch::Switch;
+use crate::waveform::INSTANT;
 
 /// Turns while events accumulate that are chatter.
 const AGAIN: u32 = 2;
@@ -16,8 +17,6 @@ const QUIET: u32 = 16;
 /// So has one whose control has gone away from its threshold at so many looks in a row: what slides is driven
 /// back to it by either state of the switch (Filippov), whatever the time between two looks.
 const LEAVING: u32 = 3;
-/// An instant this near to the next look, as a part of the interval, is that.
-const NEAR: f64 = 1e-6;
 
 /// Which switches are sampled, and when.
 pub struct Sampling {
@@ -87,12 +86,12 @@ impl Sampling {
     }
 
     fn plan(&mut self, time: f64) {
-        self.next = ((time / self.interval + NEAR).floor() + 1.0) * self.interval;
+        self.next = ((latest(time) / self.interval).floor() + 1.0) * self.interval;
     }
 
     /// Whether the sampled switches look at their controls at a time; if so, plans the next look.
     pub fn looks(&mut self, time: f64) -> bool {
-        if time < self.next - NEAR * self.interval {
+        if latest(time) < self.next {
             return false;
         }
         self.plan(time);
@@ -142,6 +141,11 @@ impl Sampling {
         }
         any
     }
+}
+
+/// The latest time that cannot be told from this one.
+fn latest(time: f64) -> f64 {
+    time + INSTANT * time.abs()
 }
 
 #[cfg(test)]

@@ -30,8 +30,6 @@ const PATIENCE: u32 = 8;
 const AGREEMENT: [f64; 8] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9];
 /// How often they come back to the same state of all gates before they have none.
 const RETURNS: usize = 2;
-/// What a step takes of the energy is an error from this part of the run on; shorter ones are those of jumps.
-const LASTS: f64 = 1e-6;
 /// First step, relative to the run.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
@@ -149,7 +147,8 @@ impl Engine {
         self.state.z.copy_from_slice(&self.implicit.z);
         self.state.l.copy_from_slice(&self.implicit.l);
         let a = self.coordinates(&self.state.z);
-        if step > LASTS * self.plan.stop {
+        // what a first step takes may be that of a jump, of others it is an error
+        if step > FIRST * self.plan.stop {
             // coordinates in which the energy is half a square
             let squares = a.iter().zip(&self.state.a).map(|(new, old)| (new - old) * (new - old));
             self.stats.taken += 0.5 * squares.sum::<f64>();

@@ -5,6 +5,7 @@
 //! segment, so that nothing drifts.
 
 use crate::dense::{complex, Complex, Matrix};
+use crate::rounding::of_sum;
 use crate::sparse::Csc;
 use crate::waveform::{Side, Smooth, Waveform, INSTANT};
 use std::f64::consts::TAU;
@@ -45,8 +46,11 @@ pub struct Decay {
     pub start: f64,
 }
 
-/// Relative resolution of time: a sum of two instants is rounded by half of this.
-pub const RESOLUTION: f64 = 2.0 * f64::EPSILON;
+/// By how much an instant that is the sum of two may be rounded [s]: they are, and so is the sum, which both of its
+/// limits have.
+pub fn resolution(t: f64) -> f64 {
+    of_sum(4) * t.abs()
+}
 
 /// All inputs during one segment, time counted from its start.
 #[derive(Clone, Debug, Default)]
@@ -220,7 +224,7 @@ impl Inputs {
         }
         out.tones.clear();
         out.decays.clear();
-        out.resolution = RESOLUTION * t.abs();
+        out.resolution = resolution(t);
         out.level[0] = 1.0;
         out.now[0] = 1.0;
         out.sloped = false;

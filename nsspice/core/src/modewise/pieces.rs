@@ -3,6 +3,7 @@
 //! A segment is a sum of exponentials and sines.  A piece of it is as long as the fastest of them that has
 //! not decayed allows, or longer where the coefficients of the polynomials show that it does not take part.
 
+use super::root_bracketing::GROWTH;
 use super::run::Engine;
 use super::run_state::Phase;
 use crate::pieces::Pieces;
@@ -13,8 +14,6 @@ pub const POINTS: usize = 12;
 /// Length of a piece in time constants of a term: the polynomial through the points errs by
 /// `2 (1.4 / 4)^12 / 12! = 1.4e-14` of it at most.
 const REACH: f64 = 1.4;
-/// A piece is tried that is so many times as long as the last one.
-const GROWTH: f64 = 4.0;
 
 impl Engine {
     /// Keeps some outputs between two instants as polynomials.

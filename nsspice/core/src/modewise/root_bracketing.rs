@@ -5,7 +5,7 @@
 //! halves the interval. No crossing is missed, up to rounding.
 
 use super::bundle::{Bundle, Looks};
-use super::inputs::RESOLUTION;
+use super::inputs::resolution;
 use super::terms::{Point, Term};
 use super::trajectory::Trajectory;
 
@@ -24,9 +24,9 @@ const PATIENCE: u64 = 20_000;
 /// Guards evaluated at a time: often an early one decides already that the interval is too long.
 const GROUP: usize = 16;
 
-/// After an interval on which all guards could be judged the next one is so many times as long: fast
-/// motions have decayed further, and an interval that is too long costs one look.
-const GROWTH: f64 = 3.0;
+/// After an interval that served the next one is so many times as long: fast motions have decayed further, and an
+/// interval that is too long costs one look.
+pub(super) const GROWTH: f64 = 3.0;
 
 /// Work space of the event_search.
 #[derive(Default)]
@@ -76,7 +76,7 @@ impl EventSearch {
         }
         self.old.resize(count);
         self.new.resize(count);
-        let resolution = RESOLUTION * (begin.abs() + horizon).max(f64::MIN_POSITIVE);
+        let resolution = resolution(begin.abs() + horizon).max(f64::MIN_POSITIVE);
         self.from.copy_from(start);
         path.bounds(&self.from, &self.from, &mut self.second, &mut self.fourth);
         guards.look(0..count, &self.from, &self.fourth, &mut self.old);

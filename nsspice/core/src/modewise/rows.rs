@@ -10,7 +10,7 @@ use super::run::Engine;
 use super::run_state::Motion;
 use super::single::Single;
 use super::spread::Spread;
-use super::stride::{Strides, FEW, RUN};
+use super::stride::{Strides, RUN};
 use super::terms::Point;
 use super::trajectory::Trajectory;
 use crate::pieces::Pieces;
@@ -120,7 +120,7 @@ impl Engine {
         let Some(first) = self.plan.rows.peek().filter(within) else { return 0 };
         let (step, columns) = (self.plan.rows.step(), self.columns());
         self.prepare_rows(((end - first) / step).max(0.0) + 1.0);
-        let evenly = self.motion.path.closed() && end - first >= FEW * step;
+        let evenly = self.motion.path.closed() && end - first >= RUN as f64 * step;
         if evenly && !self.table.inside.singly {
             self.table.inside.strides.begin(&self.motion.path, step);
         }

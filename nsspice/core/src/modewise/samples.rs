@@ -13,6 +13,7 @@ use crate::dense::complex;
 use crate::integrate::Records;
 use crate::mlcp::Role;
 use crate::rounding::UNIT;
+use crate::tolerances::FLOOR;
 use crate::waveform::{Side, INSTANT};
 
 /// Nodes on [-1, 1] and their weights: six, exact for polynomials up to degree nine.
@@ -35,10 +36,6 @@ const WEIGHTS: [f64; 6] = [
 /// Longest interval in units of the time constant of a term: products of two such terms, as in
 /// powers, are then integrated with an error of 5e-13 (2 x 0.8)^10 = 5e-11 of their size.
 const REACH: f64 = 0.8;
-/// What has decayed below the first part is measured by larger things, below the second it is
-/// rounding, also where the rest of the segment is so many of its time constants long: a quadrature
-/// takes its rate for that of a part of them.
-const SMALL: f64 = 1e-6;
 /// Price of an interval in segments, so that records cost some hundredths of a run, and how many can be
 /// kept between two calls; what is left of a segment is left out.
 const PRICE: u64 = 256;
@@ -281,9 +278,11 @@ impl Engine {
             for rate in [rate, forced] {
                 let left = (rate.re * t).exp();
                 let size = rate.abs();
+                // a quadrature over many time constants takes the rate for that of a part of them
                 if size > 0.0 && left > UNIT / (size * (length - t)).max(1.0) {
-                    // the error grows with the tenth power of the length
-                    let room = (SMALL / left).max(1.0).powf(0.1);
+                    // what has decayed that far is measured by larger things; the error grows with the tenth power of
+                    // the length
+                    let room = (FLOOR / left).max(1.0).powf(0.1);
                     width = width.min(REACH / size * room);
                 }
             }

@@ -13,12 +13,11 @@
 //! H. K. Khalil, J. O'Reilly, *Singular Perturbation Methods in Control*, 1986, ch. 2).
 
 use super::block::row_norm;
+use super::spectrum::CONDITION;
 use crate::dense::{Lu, Matrix};
 use crate::tolerances::CLEARLY;
 
-/// Ratio of the rates of two groups that are decoupled.
-const APART: f64 = 1e-6;
-/// Steps of the iterations, of which each leaves that part of the error.
+/// Steps of the iterations, of which each leaves of the error what the ratio of the rates is.
 const STEPS: usize = 4;
 
 /// Slow and fast coordinates with what couples their motions.
@@ -64,9 +63,8 @@ impl Scales {
             y = next;
             own = sum(&ss, 1.0, sf.times(&y));
             // the first step is off by the ratio of the rates
-            let limit = if step == 0 { APART.sqrt() } else { f64::INFINITY };
             let ratio = row_norm(&own) * shortest;
-            if ratio.is_nan() || ratio > limit {
+            if ratio.is_nan() || step == 0 && ratio * CONDITION.sqrt() > 1.0 {
                 return None;
             }
             if still {
@@ -74,7 +72,8 @@ impl Scales {
             }
         }
         let parts = [own, sum(&ff, -1.0, y.times(&sf))];
-        if row_norm(&parts[0]) * shortest > APART {
+        // nearer ones lose so few digits to each other that eigenvectors of all serve
+        if row_norm(&parts[0]) * shortest * CONDITION > 1.0 {
             return None;
         }
         // Z Jf = Jsf + Js Z, transposed

@@ -17,10 +17,8 @@ use crate::dense::{complex, Complex};
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
-/// Rows from one evaluation to the next.
+/// Rows from one evaluation to the next; fewer in all are not worth the preparations.
 pub const RUN: usize = 16;
-/// Fewer rows are not worth the preparations.
-pub const FEW: f64 = 4.0;
 /// Terms whose factors are kept.
 const KEPT: usize = 4096;
 

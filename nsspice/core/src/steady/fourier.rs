@@ -6,6 +6,7 @@ use crate::modewise::bundle::Bundle;
 use crate::modewise::terms::{Point, Term};
 use crate::modewise::trajectory::Trajectory;
 use crate::modewise::Passage;
+use crate::rounding::UNIT;
 
 /// Nodes and weights of Gauss and Legendre with sixteen points on [-1, 1], the positive half.
 const NODES: [[f64; 2]; 8] = [
@@ -21,8 +22,6 @@ const NODES: [[f64; 2]; 8] = [
 /// Longest panel in units of the time constant of a term. The rule errs by `2^33 (16!)^4 / (33 (32!)^3) z^32`
 /// of an exponential `e^(z x)`, x in [-1, 1], which is 2e-18 at `z = 7`: the product of two such terms.
 const REACH: f64 = 7.0;
-/// What has decayed to this part of itself counts no more.
-const GONE: f64 = 1e-18;
 
 /// The part of a segment in a window, in closed form with all outputs; times count from its start.
 pub(super) struct Piece {
@@ -185,7 +184,7 @@ impl Piece {
             };
             for rate in rates {
                 let left = (rate.re * t).exp();
-                if rate.abs() > 0.0 && left > GONE {
+                if rate.abs() > 0.0 && left > UNIT {
                     width = width.min(REACH / rate.abs() * left.min(1.0).powf(-1.0 / 32.0));
                 }
             }
