@@ -6,9 +6,8 @@
 //! divided by the length, would be volts in its place, and no leakage limits the current that these
 //! drive: 0.07 Vs in 1e-17 s have a rounding error of 0.8 V.
 
-use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
-use crate::union_find::UnionFind;
+use crate::structure::Coupled;
 
 /// A law to which multiples of others are added, in which nothing is stored then.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,51 +28,20 @@ impl Multiples {
     }
 }
 
-/// The laws of windings that others make free of fluxes, by elimination with the largest inductance left as
-/// the pivot: those of the windings that give no pivot.
+/// The laws of windings that others make free of fluxes: those of the windings that tell no flux of a core.
 pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
-    let branch = |row: usize| row_kind[row] != 0;
-    let entries = || e.iter().filter(|&(r, c, v)| branch(r) && branch(c) && v != 0.0);
-    let mut coupled = UnionFind::new(e.nrows);
-    entries().for_each(|(r, c, _)| _ = coupled.join(r, c));
-    let groups = coupled.groups(entries().filter(|e| e.0 == e.1).map(|e| e.0));
-    let mut laws = Vec::new();
-    for rows in groups.into_iter().filter(|rows| rows.len() > 1) {
-        let count = rows.len();
-        let place = |j: usize| rows.iter().position(|&row| row == j);
-        // what is left of the inductances, and which laws have been added to which
-        let mut left = vec![vec![0.0; count]; count];
-        let mut added = left.clone();
-        for (r, c, v) in entries() {
-            if let (Some(r), Some(c)) = (place(r), place(c)) {
-                left[r][c] += v;
-            }
-        }
-        added.iter_mut().enumerate().for_each(|(k, row)| row[k] = 1.0);
-        let own: Vec<f64> = (0..count).map(|k| left[k][k].abs()).collect();
-        let mut rest: Vec<usize> = (0..count).collect();
-        loop {
-            let size = |k: usize| left[k][k].abs();
-            let counts = (0..rest.len()).filter(|&at| size(rest[at]) > OF_SOLUTION * own[rest[at]]);
-            let most = counts.max_by(|&a, &b| size(rest[a]).total_cmp(&size(rest[b])));
-            let Some(pivot) = most.map(|at| rest.swap_remove(at)) else { break };
-            for &k in &rest {
-                let factor = left[k][pivot] / left[pivot][pivot];
-                for list in [&mut left, &mut added] {
-                    let from = list[pivot].clone();
-                    list[k].iter_mut().zip(&from).for_each(|(v, p)| *v -= factor * p);
-                }
-            }
-        }
-        for k in rest {
-            let others = (0..count).filter(|&j| j != k && added[k][j] != 0.0);
-            laws.push(Multiples {
-                row: rows[k],
-                others: others.map(|j| (rows[j], added[k][j])).collect(),
-            });
-        }
-    }
-    laws
+    let mut winding = vec![false; e.nrows];
+    e.iter().filter(|e| e.0 == e.1 && e.2 != 0.0).for_each(|(r, ..)| winding[r] = row_kind[r] != 0);
+    let entries: Vec<_> = e.iter().filter(|&(r, c, _)| winding[r] && winding[c]).collect();
+    let groups = Coupled::of(&Csc::from_triplets(e.nrows, e.ncols, &entries)).unwrap_or_default();
+    let law = |group: &Coupled, k: usize| {
+        let row = |k: usize| group.windings[k].index;
+        let others = group.without_flux(k).into_iter().enumerate().filter(|e| e.1 != 0.0);
+        let others = others.filter_map(|(j, factor)| Some((row(j)?, factor))).collect();
+        Some(Multiples { row: row(k)?, others })
+    };
+    let rest = |group: &Coupled| group.cores()..group.windings.len();
+    groups.iter().flat_map(|group| rest(group).filter_map(|k| law(group, k))).collect()
 }
 
 #[cfg(test)]

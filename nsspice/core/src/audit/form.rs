@@ -1,8 +1,8 @@
 //! A quadratic form, element by element: energies and powers without the cancellation of assembled entries.
 
 use crate::sparse::Csc;
-use crate::structure::{Branch, Coordinates, Coupled, Edge};
-use std::collections::BTreeMap;
+use crate::structure::{Coordinates, Coupled, Edge};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Most points of a step.
 const MOST: usize = 8;
@@ -135,18 +135,11 @@ fn cores(
     own: &BTreeMap<usize, f64>,
     mutual: &[(usize, usize, f64)],
 ) -> Option<Vec<Square>> {
-    let mut rows: Vec<usize> = mutual.iter().flat_map(|e| [e.0, e.1]).collect();
-    rows.sort_unstable();
-    rows.dedup();
-    let value = |row: usize| own.get(&row).copied().unwrap_or(0.0);
-    if rows.iter().any(|&row| value(row) <= 0.0) {
-        return None;
-    }
+    let rows: BTreeSet<usize> = mutual.iter().flat_map(|e| [e.0, e.1]).collect();
+    let diagonal = rows.iter().filter_map(|row| Some((*row, *row, *own.get(row)?)));
     let both = mutual.iter().flat_map(|&(i, j, v)| [(i, j, v), (j, i, v)]);
-    let entries: Vec<_> = rows.iter().map(|&row| (row, row, value(row))).chain(both).collect();
-    let winding = |&row: &usize| Branch { ends: [0; 2], value: value(row), index: Some(row) };
-    let windings = rows.iter().map(winding).collect();
-    let groups = Coupled::groups(&Csc::from_triplets(size, size, &entries), windings)?;
+    let entries: Vec<_> = diagonal.chain(both).collect();
+    let groups = Coupled::of(&Csc::from_triplets(size, size, &entries))?;
     let square = |group: &Coupled, core: usize| {
         let rows = group.windings.iter().enumerate();
         let turns = rows.filter_map(|(k, w)| Some((w.index? as u32, group.turns(k, core))));

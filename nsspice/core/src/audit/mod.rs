@@ -12,7 +12,6 @@
 //! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
 
 mod arrays;
-mod batched;
 mod branches;
 mod flows;
 mod form;

@@ -60,25 +60,6 @@ pub struct Block {
     slack: Vec<[f64; 2]>,
 }
 
-impl Block {
-    /// Makes room for so many points, or for as many as are judged together.
-    fn reserve(&mut self, points: usize, n: usize, m: usize) {
-        let points = points.min(1 + FULL / (n + m).max(1));
-        for list in [&mut self.error, &mut self.scale, &mut self.floor] {
-            list.reserve(points * n);
-        }
-        for list in [&mut self.l, &mut self.w, &mut self.volts] {
-            list.reserve(points * m);
-        }
-        self.roles.reserve(points * m);
-        self.slack.reserve(points * m);
-        self.unsigned.reserve(points);
-        self.least.reserve(points);
-        self.unit.reserve(points);
-        self.quotients.reserve(points);
-    }
-}
-
 /// `value` less what may be rounding.
 fn beyond(value: f64, slack: f64) -> f64 {
     if value.abs() <= slack {
@@ -258,11 +239,6 @@ impl Auditor {
         }
     }
 
-    /// Makes room for so many points to come.
-    pub(super) fn expect(&mut self, points: usize) {
-        self.block.reserve(points, self.arrays.n, self.arrays.m);
-    }
-
     /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever
     /// was handed over in one call.
     pub(super) fn judge_full(&mut self) {
@@ -273,7 +249,7 @@ impl Auditor {
 
     /// Judges the points taken since the last call.
     pub(super) fn judge(&mut self) {
-        let mut block = std::mem::take(&mut self.block);
+        let block = std::mem::take(&mut self.block);
         self.found.checks += block.count as u64;
         if self.arrays.n > 0 {
             self.judge_rows(&block);
@@ -281,24 +257,6 @@ impl Auditor {
         if self.arrays.m > 0 {
             self.judge_pairs(&block);
         }
-        block.count = 0;
-        for list in [
-            &mut block.error,
-            &mut block.scale,
-            &mut block.floor,
-            &mut block.l,
-            &mut block.w,
-            &mut block.volts,
-        ] {
-            list.clear();
-        }
-        block.roles.clear();
-        block.least.clear();
-        block.unit.clear();
-        block.quotients.clear();
-        block.unsigned.clear();
-        block.slack.clear();
-        self.block = block;
     }
 
     fn judge_rows(&mut self, block: &Block) {

@@ -13,9 +13,6 @@
 //! that changes between two steps breaks the equation as much as a step that breaks a law.  Nothing is
 //! kept of a step but the sums.
 
-use super::batched::{
-    Lanes, CHANGE, FUNCTION, FUNCTION_RATE, LANES, MULTIPLIER, SOURCE, SOURCE_CHANGE, UNKNOWN,
-};
 use super::powers::Powers;
 use super::{ratio, Between, TOLERANCE};
 use crate::dense::dot;
@@ -46,6 +43,8 @@ pub struct Balance {
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
 /// turns over is no measure of the run.
 const STATE_JUMP: f64 = 1e3;
+/// Steps between which rounding is looked at where the mode stays.
+const LOOKED_AT: u64 = 16;
 /// Powers of two by which rounding in such steps is beyond the usual one.
 const FAR: i64 = 10;
 /// What it may be, in units of the tolerance: a hundredth of all energies.
@@ -93,11 +92,12 @@ struct Totals {
 }
 
 impl Totals {
-    /// Takes what steps have moved that end at `z`.
+    /// Takes what a step has moved that ends at `z`.
     #[inline]
-    fn add(&mut self, parts: [f64; 3], moved: f64, steps: u64, powers: &Powers, z: &[f64]) {
+    fn add(&mut self, parts: [f64; 3], powers: &Powers, z: &[f64]) {
+        let moved: f64 = parts.iter().map(|part| part.abs()).sum();
         let known = self.moved + self.peak;
-        self.sum(parts, steps);
+        self.sum(parts);
         if moved <= STATE_JUMP * known {
             self.moved += moved;
             self.peak = self.peak.max(self.expected().abs());
@@ -109,11 +109,11 @@ impl Totals {
     }
 
     #[inline]
-    fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3], steps: u64) {
+    fn sum(&mut self, [delivered, dissipated, scheme]: [f64; 3]) {
         self.delivered += delivered;
         self.dissipated += dissipated;
         self.scheme += scheme;
-        self.steps += steps;
+        self.steps += 1;
     }
 
     /// Stored energy as the sums tell it.
@@ -164,8 +164,6 @@ impl Rounding {
 #[derive(Clone, Debug)]
 pub struct Sums {
     powers: Powers,
-    /// steps that wait, in a small system
-    lanes: Option<Lanes>,
     totals: Totals,
     rounded: Rounding,
     /// charge and flux by which laws are missed
@@ -184,12 +182,8 @@ impl Sums {
         if linear.e.values.iter().all(|&v| v == 0.0) {
             return None;
         }
-        let (n, sources) = (linear.g.nrows, linear.s.ncols);
-        let functions = smooth.map_or(0, |laws| laws.f.ncols);
-        let turned = if averaging.is_some() { sources } else { 0 };
         Some(Sums {
             powers: Powers::new(linear, between, averaging, smooth),
-            lanes: Lanes::new([n, linear.a.ncols, sources, turned, functions, functions, n]),
             totals: Totals::default(),
             rounded: Rounding::default(),
             missed: [0.0; 2],
@@ -202,19 +196,7 @@ impl Sums {
             let energy = self.powers.energy(z);
             (self.totals.first, self.totals.peak) = (Some(energy), energy.abs());
             self.look(z, &[], &[]);
-            self.go_on_from(z);
         }
-    }
-
-    fn go_on_from(&mut self, z: &[f64]) {
-        if let Some(lanes) = &mut self.lanes {
-            lanes.begin(z);
-        }
-    }
-
-    /// Whether the state from which a step began has to be told.
-    pub fn asks_for_begin(&self) -> bool {
-        self.lanes.is_none() || self.totals.first.is_none()
     }
 
     /// Takes the largest voltage and current at the end of steps.
@@ -236,11 +218,6 @@ impl Sums {
         self.rounded.present = here;
     }
 
-    /// Takes what one step has moved that ends at `z`.
-    fn add_one(&mut self, parts: [f64; 3], z: &[f64]) {
-        self.totals.add(parts, parts.iter().map(|part| part.abs()).sum(), 1, &self.powers, z);
-    }
-
     /// Takes an implicit step of the length `h` from `z0`, `u0` to `z`, `l`, `u`; `f` are the smooth
     /// functions at its end and their rates; `new` if its mode is another one than before.
     pub fn step(
@@ -253,16 +230,7 @@ impl Sums {
         new: bool,
     ) {
         self.begin(z0);
-        if let Some(lanes) = &mut self.lanes {
-            lanes.push(h, [z, l, u], u0, [f, f_rate]);
-            if lanes.count == LANES {
-                self.add_lanes();
-            } else if new {
-                self.look(z, l, f);
-            }
-            return;
-        }
-        if new || self.totals.steps.is_multiple_of(LANES as u64) {
+        if new || self.totals.steps.is_multiple_of(LOOKED_AT) {
             self.look(z, l, f);
         }
         let mut scheme = 0.5 * self.powers.stored.at(|k| z[k] - z0[k]);
@@ -277,53 +245,11 @@ impl Sums {
         let dissipated = h * power + self.powers.controls.between(z, |k| z[k] - z0[k]);
         let delivered = h * self.powers.s.between(z, |k| u[k]);
         self.rounded.pass(1, h);
-        self.add_one([delivered, dissipated, scheme], z);
-    }
-
-    /// Adds the steps that wait.
-    fn add_lanes(&mut self) {
-        if self.lanes.as_ref().is_none_or(|lanes| lanes.count == 0) {
-            return;
-        }
-        let Some(mut lanes) = self.lanes.take() else { return };
-        let [z, l, f] = lanes.last();
-        self.look(z, l, f);
-        lanes.close();
-        let [mut stored, mut averaged, mut power, mut given, mut ruled] = [[0.0; LANES]; 5];
-        lanes.squares(&self.powers.stored, CHANGE, &mut stored);
-        lanes.squares(&self.powers.resisted, UNKNOWN, &mut power);
-        lanes.products(self.powers.a.entries.list(), MULTIPLIER, &mut power);
-        lanes.products(self.powers.controls.entries.list(), CHANGE, &mut ruled);
-        lanes.products(self.powers.s.entries.list(), SOURCE, &mut given);
-        if let Some((by_unknowns, by_sources)) = &self.powers.averaging {
-            lanes.products(by_unknowns.entries.list(), CHANGE, &mut averaged);
-            lanes.products(by_sources.entries.list(), SOURCE_CHANGE, &mut averaged);
-        }
-        if let Some((acting, kept)) = &self.powers.smooth {
-            lanes.products(acting.entries.list(), FUNCTION, &mut power);
-            lanes.products(kept.entries.list(), FUNCTION_RATE, &mut power);
-        }
-        let [mut time, mut delivered, mut dissipated, mut scheme, mut moved] = [0.0; 5];
-        for k in 0..lanes.count {
-            let h = lanes.length[k];
-            let (given, power) = (h * given[k], h * power[k] + ruled[k]);
-            let taken = 0.5 * stored[k] + h * averaged[k];
-            time += h;
-            delivered += given;
-            dissipated += power;
-            scheme += taken;
-            moved += given.abs() + power.abs() + taken.abs();
-        }
-        self.rounded.pass(lanes.count as u64, time);
-        let parts = [delivered, dissipated, scheme];
-        self.totals.add(parts, moved, lanes.count as u64, &self.powers, lanes.last()[0]);
-        lanes.count = 0;
-        self.lanes = Some(lanes);
+        self.totals.add([delivered, dissipated, scheme], &self.powers, z);
     }
 
     /// What the scheme has taken so far.
-    pub fn taken(&mut self) -> f64 {
-        self.add_lanes();
+    pub fn taken(&self) -> f64 {
         self.totals.scheme
     }
 
@@ -336,7 +262,6 @@ impl Sums {
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
-        self.add_lanes();
         let (m, count) = (self.powers.a.columns.ncols, all.weight.len());
         let (mut delivered, mut dissipated, mut time) = (0.0, 0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
@@ -357,16 +282,14 @@ impl Sums {
         self.rounded.pass(count as u64, time);
         let h = all.length;
         if let Some(last) = all.z.last() {
-            self.add_one([h * delivered, h * dissipated, h * h * scheme], last);
+            self.totals.add([h * delivered, h * dissipated, h * h * scheme], &self.powers, last);
             let l = all.l.get((count - 1) * m..).unwrap_or(&[]);
             self.look(last, l, all.f.last().copied().unwrap_or(&[]));
-            self.go_on_from(last);
         }
     }
 
     /// The state from which a run begins, whose steps are handed over one by one.
     pub fn start(&mut self, z: &[f64]) {
-        self.lanes = None;
         self.totals.first = None;
         self.begin(z);
     }
@@ -375,7 +298,7 @@ impl Sums {
     pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
         self.rounded.motions = (self.rounded.motions.0 + 1, self.rounded.motions.1 + length);
         self.rounded.points += 1;
-        self.totals.sum([delivered, dissipated, 0.0], 1);
+        self.totals.sum([delivered, dissipated, 0.0]);
         self.totals.moved += delivered.abs() + dissipated.abs();
         self.totals.peak = self.totals.peak.max(self.totals.expected().abs());
     }
@@ -417,19 +340,16 @@ impl Sums {
         if self.totals.first.is_none() {
             return;
         }
-        self.add_lanes();
         let change = self.powers.energy(after) - self.powers.energy(before);
         self.totals.jumped += change;
         self.totals.moved += change.abs();
         self.totals.peak = self.totals.peak.max(self.totals.expected().abs());
-        self.go_on_from(after);
     }
 
     /// The balance of a run that has come to `z`.
     ///
     /// What rounding may add up to in all steps is no error.  Their sums are rounded once for each point.
     pub fn balance(&mut self, z: &[f64]) -> Balance {
-        self.add_lanes();
         let Some(first) = self.totals.first else { return Balance::default() };
         let last = self.powers.energy(z);
         let held = self.rounded.held

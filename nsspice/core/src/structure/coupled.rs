@@ -32,6 +32,13 @@ impl Coupled {
         groups.iter().map(|rows| Coupled::new(e, rows.iter().filter_map(of).collect())).collect()
     }
 
+    /// The groups of the windings that a matrix of inductances alone tells, wherever they end.
+    pub fn of(inductances: &Csc) -> Option<Vec<Coupled>> {
+        let own = inductances.iter().filter(|e| e.0 == e.1);
+        let winding = |(row, _, value)| Branch { ends: [0; 2], value, index: Some(row) };
+        Coupled::groups(inductances, own.map(winding).collect())
+    }
+
     fn new(e: &Csc, mut windings: Vec<Branch>) -> Option<Coupled> {
         let n = windings.len();
         let root: Vec<f64> = windings.iter().map(|w| w.value.sqrt()).collect();
@@ -93,6 +100,17 @@ impl Coupled {
     /// How often a winding goes round a core.
     pub fn turns(&self, winding: usize, core: usize) -> f64 {
         self.turns[winding][core]
+    }
+
+    /// The multiples of the laws of the windings that tell the fluxes which leave none in the law of another one.
+    pub fn without_flux(&self, winding: usize) -> Vec<f64> {
+        let mut out = vec![0.0; self.cores()];
+        for core in (0..self.cores()).rev() {
+            let later = core + 1..self.cores();
+            let sum: f64 = later.map(|k| out[k] * self.turns[k][core]).sum();
+            out[core] = -(self.turns[winding][core] + sum) / self.turns[core][core];
+        }
+        out
     }
 
     /// `N' i`

@@ -105,7 +105,7 @@ impl Stepper {
     fn begin_step(&mut self) -> Begun {
         self.solver.stats.steps += 1;
         let wanted = self.recorder.samples.wants(self.state.epoch);
-        if wanted || self.recorder.sums.as_ref().is_some_and(|s| s.asks_for_begin()) {
+        if wanted || self.recorder.sums.is_some() {
             self.solver.scratch.z_before.copy_from_slice(&self.state.z);
         }
         Begun { wanted, problems: self.solver.stats.problems, epoch: self.state.epoch }
