@@ -124,54 +124,6 @@ pub fn sums_that_store_nothing(e: &Csc, q: &Csc) -> Vec<Vec<usize>> {
     groups
 }
 
-/// What groups of laws leave of each column in their sums: group, column and sum.  `of` tells the group of each law,
-/// sums of up to this part of their terms are `rounding`.
-pub fn left_in_sums<'a>(
-    matrix: &'a Csc,
-    of: &'a [Option<usize>],
-    rounding: f64,
-) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
-    (0..matrix.ncols).flat_map(move |c| {
-        let (rows, values) = matrix.col(c);
-        let mut sums: Vec<(usize, f64, f64)> = Vec::new();
-        for (k, v) in rows.iter().zip(values).filter_map(|(&row, v)| Some((of[row]?, v))) {
-            match sums.iter_mut().find(|sum| sum.0 == k) {
-                Some((_, sum, size)) => (*sum, *size) = (*sum + v, *size + v.abs()),
-                None => sums.push((k, *v, v.abs())),
-            }
-        }
-        let left = sums.into_iter().filter(move |(_, sum, size)| f64::abs(*sum) > rounding * size);
-        left.map(move |(k, sum, _)| (k, c, sum))
-    })
-}
-
-/// Groups of laws of currents in whose sums nothing but currents of inductors stands: by each group what it leaves of
-/// their columns; nothing of groups that hold more.  `others` are the matrices whose columns count as such.
-pub fn cut_sets_of_inductors(
-    linear: &Linear,
-    groups: &[Vec<usize>],
-    others: &[&Csc],
-) -> Vec<Vec<(usize, f64)>> {
-    let stores = stored_columns(&linear.e);
-    let mut of = vec![None; linear.g.nrows];
-    for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
-        group.iter().for_each(|&row| of[row] = Some(k));
-    }
-    let (mut inductors, mut alone) = (vec![Vec::new(); groups.len()], vec![true; groups.len()]);
-    for (k, c, sum) in left_in_sums(&linear.g, &of, of_entries(linear.g.nrows)) {
-        if linear.row_kind[c] == 1 && stores[c] {
-            inductors[k].push((c, sum));
-        } else {
-            alone[k] = false;
-        }
-    }
-    let more =
-        others.iter().flat_map(|matrix| left_in_sums(matrix, &of, of_entries(linear.g.nrows)));
-    more.for_each(|(k, ..)| alone[k] = false);
-    inductors.iter_mut().zip(&alone).filter(|e| !e.1).for_each(|(inductors, _)| inductors.clear());
-    inductors
-}
-
 /// The columns in which something is stored.
 pub fn stored_columns(e: &Csc) -> Vec<bool> {
     let mut stored = vec![false; e.ncols];

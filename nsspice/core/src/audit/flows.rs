@@ -5,9 +5,6 @@ use super::{ITERATED, TOLERANCE};
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge};
 
-/// Part of what its potentials alone would carry to which steps are solved, in units of the tolerance.
-const SOLVED: f64 = ITERATED / TOLERANCE;
-
 /// A matrix as the two-terminal elements between nodes that it is a sum of, and the entries of all others.
 #[derive(Clone, Debug)]
 pub struct Flows {
@@ -62,7 +59,9 @@ impl Flows {
         self.rest.add_sizes(factor, x, sizes);
         for &(a, b, value) in &self.elements {
             let (from, to) = (at(x, a), at(x, b));
-            let voltage = (from - to).abs().max(SOLVED * from.abs().max(to.abs()));
+            // steps are solved to this part of what the potentials alone would carry
+            let solved = ITERATED / TOLERANCE * from.abs().max(to.abs());
+            let voltage = (from - to).abs().max(solved);
             for node in [a, b] {
                 if node >= 0 {
                     sizes[node as usize] += (factor * value).abs() * voltage;

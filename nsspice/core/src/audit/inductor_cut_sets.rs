@@ -8,15 +8,14 @@ use super::matrix::Entries;
 use super::points::Point;
 use super::{ratio, worse, TOLERANCE};
 use crate::dense::{Lu, Matrix};
-use crate::descriptor::{cut_sets_of_inductors, stored_columns, sums_that_store_nothing, Linear};
+use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};
+use crate::rounding::{of_elimination, of_entries};
 use crate::sparse::Csc;
+use crate::tolerances::CLEARLY;
+use std::collections::BTreeMap;
 
-/// Part of its terms to which a rate has to be known, and part of the largest that counts: potentials are limits of
-/// short steps there.
-const KNOWN: f64 = 0.1;
+/// Part of the largest rate that counts: potentials are limits of short steps there.
 const LEAST: f64 = 1e-3;
-/// A pivot of the inductances below this part of the first is none.
-const SINGULAR: f64 = 1e-9;
 /// Inductors that are looked at together.
 const MOST: usize = 64;
 
@@ -51,17 +50,32 @@ impl CutSets {
                 inductances[(row, c)] += v;
             }
         }
-        let groups = sums_that_store_nothing(&linear.e, &Csc::zeros(stores.len(), 0));
-        let tied = cut_sets_of_inductors(linear, &groups, &[&linear.a, &linear.s]);
-        let several = groups.iter().zip(tied).filter(|(_, own)| own.len() > 1);
-        let cut_sets: Vec<CutSet> = several
-            .map(|(rows, own)| {
-                let inductors = own.into_iter().filter_map(|(c, k)| Some((place(c)?, k))).collect();
-                CutSet { row: rows[0], inductors }
-            })
-            .collect();
+        let (n, m, _) = linear.sizes();
+        let groups = sums_that_store_nothing(&linear.e, &Csc::zeros(n, 0));
+        let mut of = vec![None; n];
+        for (k, group) in groups.iter().enumerate().filter(|e| linear.row_kind[e.1[0]] == 0) {
+            group.iter().for_each(|&row| of[row] = Some(k));
+        }
+        // by group and column, unknowns first: the sum of the group's laws, and the sizes of its terms
+        let mut sums: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
+        for (first, matrix) in [(0, &linear.g), (n, &linear.a), (n + m, &linear.s)] {
+            for (group, c, v) in matrix.iter().filter_map(|(r, c, v)| Some((of[r]?, c, v))) {
+                let [sum, size] = sums.entry((group, first + c)).or_default();
+                (*sum, *size) = (*sum + v, *size + v.abs());
+            }
+        }
+        sums.retain(|_, [sum, size]| sum.abs() > of_entries(n) * *size);
+        let own = |k: usize| {
+            let terms = sums.range((k, 0)..(k + 1, 0));
+            terms.map(|(at, sum)| Some((place(at.1)?, sum[0]))).collect::<Option<Vec<_>>>()
+        };
+        let several = (0..groups.len()).filter_map(|k| {
+            let inductors = own(k).filter(|own| own.len() > 1)?;
+            Some(CutSet { row: groups[k][0], inductors })
+        });
+        let cut_sets: Vec<CutSet> = several.collect();
         let factor = Lu::new(&inductances);
-        if cut_sets.is_empty() || factor.ratio <= SINGULAR {
+        if cut_sets.is_empty() || factor.ratio <= of_elimination(inductors.len()) {
             return None;
         }
         Some(CutSets {
@@ -94,7 +108,7 @@ impl CutSets {
                 error += k * rates[place].0;
                 size += k.abs() * rates[place].1;
             }
-            let error = ratio(f64::abs(error), size) * TOLERANCE / KNOWN;
+            let error = ratio(f64::abs(error), size) * TOLERANCE / CLEARLY;
             if found.is_none_or(|(worst, _)| worse(error, worst)) {
                 found = Some((error, cut_set.row));
             }

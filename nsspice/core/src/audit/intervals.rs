@@ -5,13 +5,9 @@ use super::form::Form;
 use super::laws::Auditor;
 use super::points::Point;
 use super::recorded::Taken;
-use super::rounding::RoundingUnit;
+use super::rounding::{share, RoundingUnit};
 use super::{ratio, worse, TOLERANCE};
 use crate::waveform::INSTANT;
-
-/// A closed form has the rounding of three computations of the size of an elimination: the reduction
-/// to states, their decomposition, and the way back to the unknowns.
-const CLOSED: f64 = 3.0;
 
 /// States at which one motion ends and the next begins: nothing changes between them but in jumps
 /// that are reported.
@@ -68,8 +64,10 @@ impl Auditor {
                 largest: self.seen.largest,
                 rate: 1.0 / all.shortest[k],
                 quotients: if all.inner.is_empty() { 0.0 } else { 1.0 / all.shortest[k] },
+                // a closed form has the rounding of three computations of the size of an elimination: the
+                // reduction to states, their decomposition, and the way back to the unknowns
                 share: if all.inner.is_empty() {
-                    CLOSED * self.share
+                    share(3 * (n + m))
                 } else {
                     self.share.max(known)
                 },

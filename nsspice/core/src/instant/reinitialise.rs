@@ -125,6 +125,17 @@ impl Reinitialiser {
     }
 }
 
+/// Writes the values of branches into the places of their unknowns or pairs.
+pub(super) fn put<'b>(
+    branches: impl IntoIterator<Item = &'b Branch>,
+    values: &[f64],
+    out: &mut [f64],
+) {
+    for (branch, &value) in branches.into_iter().zip(values) {
+        branch.index.iter().for_each(|&k| out[k] = value);
+    }
+}
+
 /// One instant.
 pub(super) struct Instant<'a> {
     r: &'a Reinitialiser,
