@@ -12,7 +12,7 @@
 //! *A block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems*, Comput. Oper.
 //! Res. 21 (1994) 587).
 
-use crate::structure::{Flow, Hybrid, Law, Network, SUMS};
+use crate::structure::{Flow, Hybrid, Law, Network};
 
 /// Rounds of block pivoting in which no fewer branches are of the wrong sign, before it is given up.
 const PATIENCE: usize = 3;
@@ -233,7 +233,8 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let offsets = ways.iter().fold(0.0f64, |a, w| a.max(w.offset.abs()));
     let injected = largest(&network.injected);
     let sizes = [largest(&flow.current).max(injected), largest(&flow.voltage).max(offsets)];
-    let rounding = sizes.map(|size| SUMS * size);
+    let part = mode.rounding();
+    let rounding = sizes.map(|size| part * size);
     let contradicts = |(law, voltage): (&Law, &f64)| match law {
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
         Law::Weighted { .. } | Law::Loose(_) | Law::Led => false,
@@ -245,7 +246,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let firm = |at: &usize| matches!(mode.laws[*at], Law::Fixed(_) | Law::Weighted { .. });
     let firm = (0..first).filter(firm).fold(offsets, |most, at| most.max(flow.voltage[at].abs()));
     let idle =
-        |at: usize| flow.current[at].abs() <= rounding[0] || SUMS * flow.voltage[at].abs() <= firm;
+        |at: usize| flow.current[at].abs() <= rounding[0] || part * flow.voltage[at].abs() <= firm;
     let cut_off = hybrid.cut_off || !(0..cores).filter(is_loose).all(idle);
     if !is_wound(&mode, &flow, &potentials, sizes[1]) {
         return None;
@@ -277,7 +278,8 @@ fn is_wound(mode: &Network, flow: &Flow, potentials: &[f64], largest: f64) -> bo
         sums[t.winding][1] += t.turns.abs() * stored;
     }
     let holds = |(at, [v, flux]): (usize, &[f64; 2])| {
-        mode.laws[at] != Law::Led || (flow.voltage[at] - v).abs() <= SUMS * (largest + flux)
+        mode.laws[at] != Law::Led
+            || (flow.voltage[at] - v).abs() <= mode.rounding() * (largest + flux)
     };
     sums.iter().enumerate().all(holds)
 }

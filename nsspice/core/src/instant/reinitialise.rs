@@ -4,8 +4,9 @@ use super::mixed::OneWay;
 use crate::dense::{Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
+use crate::rounding::of_entries;
 use crate::sparse::Csc;
-use crate::structure::{Branch, Coordinates, Coupled, Elements, Law, SUMS};
+use crate::structure::{Branch, Coordinates, Coupled, Elements, Law};
 
 /// Networks with more branches are left to sparse methods: the loops of one forest grow with their square.
 const MOST: usize = 2000;
@@ -42,6 +43,7 @@ pub struct Reinitialiser {
     offsets: Vec<f64>,
     size: usize,
     pairs: usize,
+    branches: usize,
 }
 
 impl Reinitialiser {
@@ -71,6 +73,7 @@ impl Reinitialiser {
             offsets: linear.q.clone(),
             size: linear.g.nrows,
             pairs: linear.a.ncols,
+            branches: all,
         })
     }
 
@@ -120,7 +123,7 @@ impl Reinitialiser {
         largest: f64,
     ) -> Option<Consistent> {
         let mut instant = Instant::new(self, before, [u, slopes], roles);
-        instant.nothing = SUMS * largest;
+        instant.nothing = of_entries(self.branches) * largest;
         instant.solve(before)
     }
 }

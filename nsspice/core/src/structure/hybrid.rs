@@ -15,6 +15,7 @@
 
 use super::basis::Basis;
 use crate::linear::{ordering, Factor};
+use crate::rounding::of_entries;
 use crate::sparse::Csc;
 use std::sync::Arc;
 
@@ -41,9 +42,6 @@ pub enum Law {
 const LIGHT: f64 = 1e-60;
 /// Sweeps of equilibration (D. Ruiz 2001): each takes the root of what is left.
 const SWEEPS: usize = 8;
-/// Rounding of a sum beside its terms: there are as many as branches, of which networks treated here have some
-/// thousand.
-pub const SUMS: f64 = 4096.0 * f64::EPSILON;
 
 impl Law {
     /// For the order of the forest: fixed branches first.
@@ -162,6 +160,11 @@ impl Network {
         }
     }
 
+    /// Rounding of a sum beside its terms, of which there are as many as branches.
+    pub fn rounding(&self) -> f64 {
+        of_entries(self.laws.len())
+    }
+
     /// The weight of loose branches.
     fn light(&self) -> f64 {
         let weights = self.laws.iter().filter_map(|law| match law {
@@ -253,7 +256,7 @@ impl Network {
         let mut cut_off = false;
         for ((cut, size), &edge) in cuts.iter_mut().zip(sizes).zip(&basis.tree) {
             if is_loose(edge) {
-                let nothing = cut.abs() <= SUMS * size.abs();
+                let nothing = cut.abs() <= self.rounding() * size.abs();
                 *cut = if nothing { 0.0 } else { *cut };
                 cut_off |= !nothing;
             }
