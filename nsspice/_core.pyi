@@ -185,7 +185,7 @@ class Auditor:
         stored: _Floats,
         before: _Floats,
         after: _Floats,
-        lengths: tuple[float, float, float, float],
+        lengths: tuple[float, float, float],
         sources: _Floats,
         unknowns: _Floats,
         multipliers: _Floats,

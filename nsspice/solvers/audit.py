@@ -113,7 +113,7 @@ class Auditor:
             stored,
             jump.before,
             jump.after,
-            (jump.time, jump.length, jump.span, jump.shortest),
+            (jump.time, jump.length, jump.span),
             jump.sources,
             jump.unknowns,
             jump.multipliers,

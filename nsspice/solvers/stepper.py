@@ -111,8 +111,6 @@ class Jump:
         Of the short steps whose limit the jump is [s]; 0 for a closed form.
     span : float
         The impulses contain what ordinary values carry in this time [s]; 0 if they are a limit.
-    shortest : float
-        The shortest of those steps [s]; 0 for a closed form.
     """
 
     time: float
@@ -124,7 +122,6 @@ class Jump:
     sources: Floats
     length: float
     span: float
-    shortest: float
 
 
 class Stepper(ABC):

@@ -179,7 +179,6 @@ fn jump_dict<'py>(py: Python<'py>, j: &crate::integrate::Jump) -> PyResult<Bound
     out.set_item("sources", PyArray1::from_slice(py, &j.sources))?;
     out.set_item("length", j.length)?;
     out.set_item("span", j.span)?;
-    out.set_item("shortest", j.shortest)?;
     Ok(out)
 }
 

@@ -3,7 +3,7 @@
 use super::flows::Flows;
 use super::form::Form;
 use super::matrix::Entries;
-use crate::descriptor::{stored_columns, stored_groups, Linear};
+use crate::descriptor::{stored_groups, Linear};
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge};
 
@@ -59,23 +59,10 @@ impl Arrays {
 pub(super) struct Places {
     /// rows that hold at every instant: no charge or flux in them
     pub algebraic: Vec<bool>,
-    /// nodes whose potentials charges give: capacitors between others hold none
-    pub held: Vec<bool>,
     /// laws of currents whose sum holds at every instant: of nodes that capacitors cut_set together
     pub groups: Vec<Vec<usize>>,
-    /// those out of which a source leads: its current is what the laws sum to, with all of their rounding
-    pub fed: Vec<bool>,
     /// of each pair, the laws of currents that it feeds
     pub touched: Vec<Vec<usize>>,
-}
-
-/// Whether the current of a branch that does not store leads out of a group of laws.
-fn is_fed(linear: &Linear, stores: &[bool], group: &[usize]) -> bool {
-    (0..stores.len()).filter(|&c| linear.row_kind[c] == 1 && !stores[c]).any(|c| {
-        let (rows, values) = linear.g.col(c);
-        let inside = rows.iter().zip(values).filter(|e| group.contains(e.0));
-        inside.map(|e| e.1).sum::<f64>() != 0.0
-    })
 }
 
 impl Places {
@@ -86,17 +73,13 @@ impl Places {
         functions.iter().flat_map(|q| q.places()).for_each(|(row, _)| varying[row] = true);
         let mut algebraic: Vec<bool> = varying.iter().map(|varying| !varying).collect();
         Entries::new(&linear.e).places().for_each(|(row, _)| algebraic[row] = false);
-        let columns = stored_columns(&linear.e);
-        let [mut groups, fixed] = stored_groups(&linear.e);
-        let mut held = vec![false; n];
-        fixed.iter().flatten().for_each(|&row| held[row] = true);
+        let [mut groups, _] = stored_groups(&linear.e);
         groups.retain(|group| group.iter().all(|&row| !varying[row]));
         let mut touched = vec![Vec::new(); m];
         let a = Entries::new(&linear.a);
         for (row, pair) in a.places().filter(|e| linear.row_kind[e.0] == 0) {
             touched[pair].push(row);
         }
-        let fed = groups.iter().map(|group| is_fed(linear, &columns, group)).collect();
-        Places { algebraic, held, groups, fed, touched }
+        Places { algebraic, groups, touched }
     }
 }

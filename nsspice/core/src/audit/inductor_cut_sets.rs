@@ -11,11 +11,9 @@ use crate::dense::{Lu, Matrix};
 use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};
 use crate::rounding::{of_elimination, of_entries};
 use crate::sparse::Csc;
-use crate::tolerances::CLEARLY;
+use crate::tolerances::{CLEARLY, FLOOR};
 use std::collections::BTreeMap;
 
-/// Part of the largest rate that counts: potentials are limits of short steps there.
-const LEAST: f64 = 1e-3;
 /// Inductors that are looked at together.
 const MOST: usize = 64;
 
@@ -92,12 +90,11 @@ impl CutSets {
         g.add_both(-1.0, at.z, &mut rest, &mut sizes);
         a.add_both(-1.0, at.l, &mut rest, &mut sizes);
         // what is known of a law beside the largest of its kind
-        let least = self.inductors.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
-        let least = LEAST * least;
+        let largest = self.inductors.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
         let rate = |k: usize| {
             let terms = self.inverse.row(k).iter().zip(&self.inductors);
             terms.fold((0.0, 0.0), |(sum, size), (m, &row)| {
-                (sum + m * rest[row], size + m.abs() * sizes[row].max(least))
+                (sum + m * rest[row], size + m.abs() * sizes[row].max(FLOOR * largest))
             })
         };
         let rates: Vec<(f64, f64)> = (0..self.inductors.len()).map(rate).collect();
@@ -108,7 +105,7 @@ impl CutSets {
                 error += k * rates[place].0;
                 size += k.abs() * rates[place].1;
             }
-            let error = ratio(f64::abs(error), size) * TOLERANCE / CLEARLY;
+            let error = ratio(f64::abs(error), size) * TOLERANCE / CLEARLY; // potentials are limits of short steps there
             if found.is_none_or(|(worst, _)| worse(error, worst)) {
                 found = Some((error, cut_set.row));
             }

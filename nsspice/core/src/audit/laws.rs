@@ -212,16 +212,15 @@ impl Auditor {
     /// plus what impulses brought there, less what sources gave in the meantime, vanishes.
     ///
     /// `stored` is the size of what was there, `sides` are the unknowns before and after.  The jump is
-    /// the limit of short steps of the given length together, or one short step of the length `span`;
-    /// the `shortest` of them had the highest potentials and the largest currents.  In a passive network it
-    /// counts what sources `gave`: no impulse passes an open pair.
+    /// the limit of short steps of the given length together, or one short step of the length `span`.  In a
+    /// passive network it counts what sources `gave`: no impulse passes an open pair.
     #[allow(clippy::too_many_arguments)] // all that is known of it
     pub fn jump_error(
         &mut self,
         moved: &[f64],
         stored: &[f64],
         sides: [&[f64]; 2],
-        [time, length, span, shortest]: [f64; 4],
+        [time, length, span]: [f64; 3],
         sources: &[f64],
         [unknowns, multipliers, functions]: [&[f64]; 3],
         gave: Option<f64>,
@@ -272,11 +271,8 @@ impl Auditor {
             *size = size.max(least[usize::from(kind)]).max(turned);
         }
         let missing = error.iter().zip(&hidden).map(|(e, hidden)| e.abs() + hidden);
-        let through_gaps = gave.map(|gave| {
-            let finite = self.without_densities(sides[1], unknowns, [span, shortest]);
-            let sides = [sides[0], &finite];
-            self.jump_through_gaps(moved, gave, sides, multipliers, (&sizes, energy))
-        });
+        let through_gaps = gave
+            .map(|gave| self.jump_through_gaps(moved, gave, sides, multipliers, (&sizes, energy)));
         let found = missing.zip(&sizes).map(|(e, s)| ratio(e, *s)).chain(through_gaps);
         found.fold(0.0, |worst, new| if worse(new, worst) { new } else { worst })
     }

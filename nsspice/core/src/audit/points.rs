@@ -5,21 +5,15 @@ use super::laws::{Auditor, Seen};
 use super::matrix::Entries;
 use super::rounding::RoundingUnit;
 use super::{ratio, worse, TOLERANCE};
+use crate::tolerances::{CLEARLY, FLOOR};
 
 /// Numbers in a block at which it is judged: what is kept of them fits into a fast cache.
 const FULL: usize = 1 << 12;
 
 /// Rounding of what is stored excuses no more than this part of the terms of the laws of a group, or of the largest
-/// voltage of a branch, which would leave nothing to be judged,
+/// voltage of a branch, which would leave nothing to be judged.
 pub(super) const EXCUSED: f64 = 1e-3;
-/// or of what is at least this part of the largest current.
-const SMALL: f64 = 1e-6;
-
-/// Potentials are unknown if rounding of the largest exceeds this part of what sources give.
-const KNOWN: f64 = 1e-3;
-/// They are distant if it exceeds this part; of currents,
-const DISTANT: f64 = 1e-9;
-/// rounding counts that exceeds this part of the largest.
+/// Where potentials are distant, rounding counts that exceeds this part of the largest current.
 const COUNTS: f64 = 1e-2;
 
 /// What is known of one point.
@@ -70,13 +64,11 @@ fn beyond(value: f64, slack: f64) -> f64 {
 }
 
 /// A law of currents of which too little is known where potentials are far from all that sources (the largest value of
-/// each so far, `given`: a sine at its zero is small beside a threshold), thresholds [V] and nodes `held` by charges
-/// give (at teravolts junctions and ohms carry anything): rounding of its terms exceeds every current,
-/// or a part that counts if they are farther; or the law is plainly broken, and only rounding of what it does not
-/// depend on would excuse that.
+/// each so far, `given`: a sine at its zero is small beside a threshold) and thresholds [V] give (at teravolts junctions
+/// and ohms carry anything): rounding of its terms exceeds a part of the currents that counts; or the law is plainly
+/// broken, and only rounding of what it does not depend on would excuse that.
 fn unknown_law(
     kinds: &[u8],
-    held: &[bool],
     point: &Point,
     (errors, scale): (&[f64], &[f64]),
     [conductances, sources_in]: [&Entries; 2],
@@ -85,45 +77,32 @@ fn unknown_law(
 ) -> Option<usize> {
     let most = |list: &[f64]| list.iter().fold(0.0f64, |most, v| most.max(v.abs()));
     let nodes = || (0..kinds.len()).filter(|&row| kinds[row] == 0);
-    let sources = most(given).max(threshold);
     let potential = nodes().fold(0.0f64, |most, row| most.max(point.z[row].abs()));
+    // a decade beyond where rounding of potentials is all that the tolerance grants to what is given
+    let near = |given: f64| f64::EPSILON * potential <= CLEARLY * TOLERANCE * given;
+    let sources = most(given).max(threshold);
     // nearly always so: all else need not be looked at
-    if f64::EPSILON * potential <= DISTANT * sources {
+    if near(sources) {
         return None;
     }
     let mut driven = vec![0.0; kinds.len()];
     sources_in.add_sizes(1.0, given, &mut driven);
-    let [mut flowing, mut volts] = [0, 1].map(|kind| {
+    let [flowing, volts] = [0, 1].map(|kind| {
         let rows = (0..kinds.len()).filter(|&row| kinds[row] == kind);
         rows.fold(0.0f64, |most, row| most.max(driven[row]))
     });
-    volts = volts.max(threshold);
-    flowing = flowing.max(current).max(most(point.f));
-    for (node, taken) in nodes().filter_map(|node| Some((node, taken(node)?))) {
-        flowing = flowing.max(taken);
-        if held[node] {
-            volts = volts.max(point.z[node].abs());
-        }
-    }
-    // beyond this part of what sources give, whatever they are, and of voltages
-    let beyond = |part: f64, given: f64| given > 0.0 && f64::EPSILON * potential > part * given;
     let given = volts.max(sources);
-    if !beyond(DISTANT, given) {
+    if given == 0.0 || near(given) {
         return None;
     }
-    let most = if beyond(DISTANT, volts) {
-        COUNTS * flowing
-    } else if beyond(KNOWN, given) {
-        flowing
-    } else {
-        f64::INFINITY
-    };
+    let flowing = flowing.max(current).max(most(point.f));
+    let flowing = nodes().filter_map(&taken).fold(flowing, f64::max);
     let mut terms = vec![0.0; kinds.len()];
     conductances.add_sizes(1.0, point.z, &mut terms);
     let unknown = |&row: &usize| {
         let (error, scale) = (errors[row].abs(), scale[row].max(terms[row]));
-        let broken = taken(row).is_none() && error > (EXCUSED * scale).max(SMALL * flowing);
-        broken || f64::EPSILON * scale > most
+        let broken = taken(row).is_none() && error > (EXCUSED * scale).max(FLOOR * flowing);
+        broken || f64::EPSILON * scale > COUNTS * flowing
     };
     nodes().find(unknown)
 }
@@ -173,7 +152,6 @@ impl Auditor {
         let sizes = (&error[..], &scale[..]);
         let lost = unknown_law(
             &self.arrays.kinds,
-            &self.places.held,
             point,
             sizes,
             [&self.arrays.conductances, &self.arrays.s],
@@ -182,11 +160,10 @@ impl Auditor {
         );
         let mut tied = (0.0, None);
         if point.after_jump {
-            for (group, &fed) in self.places.groups.iter().zip(&self.places.fed) {
+            for group in &self.places.groups {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
-                let size = sum(scale).max(SMALL * unit.largest[1]);
-                let most = if fed { f64::INFINITY } else { EXCUSED / TOLERANCE * size };
-                let floor = sum(floor).min(most);
+                let size = sum(scale).max(FLOOR * unit.largest[1]);
+                let floor = sum(floor).min(EXCUSED / TOLERANCE * size);
                 let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {
                     tied = (found, Some(group[0]));
@@ -365,8 +342,8 @@ mod tests {
     use crate::sparse::Csc;
 
     /// A node connected to others by 2000 S in all, and a source of 325 V; currents of up to 1 A, of which a capacitor
-    /// of the node may have `taken` some, which holds it or lies between others.
-    fn law_with(potential: f64, error: f64, taken: Option<f64>, held: bool) -> Option<usize> {
+    /// of the node may have `taken` some.
+    fn law_with(potential: f64, error: f64, taken: Option<f64>) -> Option<usize> {
         let (kinds, z) = ([0, 1], [potential, 0.3]);
         let point = Point {
             z: &z,
@@ -380,22 +357,20 @@ mod tests {
         let one = |row, value| Entries::new(&Csc::from_triplets(2, 2, &[(row, 0, value)]));
         let (conductances, sources) = (one(0, 2e3), one(1, 1.0));
         let sizes = (&[error, 0.0][..], &[1.0, 0.0][..]);
-        let held = [held, false];
         let given = (&[325.0][..], 0.0, 1.0);
         let matrices = [&conductances, &sources];
-        unknown_law(&kinds, &held, &point, sizes, matrices, given, |_| taken)
+        unknown_law(&kinds, &point, sizes, matrices, given, |_| taken)
     }
 
     fn law_at(potential: f64, error: f64) -> Option<usize> {
-        law_with(potential, error, None, false)
+        law_with(potential, error, None)
     }
 
     #[test]
     fn a_capacitor_that_floats_holds_no_potential() {
         // at 1e16 V the rounding of what 2000 S carry is 4 kA
-        assert_eq!(law_with(1e16, 0.0, Some(0.5), true), None);
-        assert_eq!(law_with(1e16, 0.0, Some(0.5), false), Some(0));
-        assert_eq!(law_with(1e3, 0.0, Some(0.5), false), None);
+        assert_eq!(law_with(1e16, 0.0, Some(0.5)), Some(0));
+        assert_eq!(law_with(1e3, 0.0, Some(0.5)), None);
     }
 
     #[test]
@@ -423,7 +398,7 @@ mod tests {
         let judge = |given: f64, threshold: f64| {
             let (matrices, known) = ([&conductances, &sources], (&[given][..], threshold, 0.0));
             let sizes = (&[0.0; 2][..], &[1.8e-5, 0.6][..]);
-            unknown_law(&kinds, &[false; 2], &point, sizes, matrices, known, |_| None)
+            unknown_law(&kinds, &point, sizes, matrices, known, |_| None)
         };
         // beside nothing but the present value even 0.6 V would be far away
         assert_eq!(judge(2.8e-14, 0.0), Some(0));

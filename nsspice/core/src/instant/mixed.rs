@@ -44,8 +44,6 @@ pub struct Mixed {
     pub rounding: f64,
     /// of currents
     pub current_rounding: f64,
-    /// what loose branches may drive through others: no current
-    pub loose: f64,
 }
 
 /// What one mode leads to.
@@ -89,10 +87,7 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     }
     let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
     let [current_rounding, rounding] = rounding;
-    let is_loose = |at: &usize| matches!(network.laws[*at], Law::Loose(_));
-    let all = (0..network.laws.len()).filter(is_loose);
-    let loose = all.map(|at| flow.current[at].abs()).sum();
-    Some(Mixed { flow, closed, carried, slack, potentials, rounding, current_rounding, loose })
+    Some(Mixed { flow, closed, carried, slack, potentials, rounding, current_rounding })
 }
 
 /// The mode by block pivoting; nothing where it goes to and fro, or branches without resistance might form loops.
@@ -106,7 +101,7 @@ fn by_blocks(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> {
         let trial = attempt(network, ways, &closed)?;
         let reversed = (0..ways.len()).filter(|&k| closed[k] && trial.carried[k] < 0.0);
         let reversed: Vec<usize> = reversed.collect();
-        let violated = violated(ways, &trial, &closed, &[]);
+        let violated = violated(ways, &trial, &closed);
         let wrong = reversed.len() + violated.len();
         if wrong == 0 {
             return Some((closed, trial));
@@ -130,7 +125,8 @@ fn one_by_one(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> 
     let mut trial = attempt(network, ways, &closed)?;
     // each round ends nearer to the solution than the one before; rounding may undo that
     for _ in 0..3 * m + 1 {
-        let Some(&(next, _)) = violated(ways, &trial, &closed, &passed).first() else {
+        let open = violated(ways, &trial, &closed).into_iter().find(|e| !passed[e.0]);
+        let Some((next, _)) = open else {
             return Some((closed, trial));
         };
         if trial.hybrid.moves(ways[next].ends) || ways[next].series > 0.0 {
@@ -167,12 +163,9 @@ fn one_by_one(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> 
 }
 
 /// The open branches that are violated, most first, and by how much.
-fn violated(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Vec<(usize, f64)> {
-    let passed = |k: usize| passed.get(k).is_some_and(|passed| *passed);
-    let open = (0..ways.len()).filter(|&k| !closed[k] && !passed(k));
-    let violated = open.filter(|&k| trial.slack[k] < -trial.rounding[1]);
-    let weighted = |k: usize| (k, trial.slack[k] * trial.hybrid.stiffness(ways[k].ends));
-    let mut out: Vec<_> = violated.map(weighted).collect();
+fn violated(ways: &[OneWay], trial: &Trial, closed: &[bool]) -> Vec<(usize, f64)> {
+    let open = (0..ways.len()).filter(|&k| !closed[k]).map(|k| (k, trial.slack[k]));
+    let mut out: Vec<_> = open.filter(|e| e.1 < -trial.rounding[1]).collect();
     out.sort_by(|a, b| a.1.total_cmp(&b.1));
     out
 }

@@ -34,7 +34,7 @@ impl Instant<'_> {
         for ((branch, &charge), &closed) in diodes.iter().zip(&found.carried).zip(&found.closed) {
             let Some(pair) = branch.index else { continue };
             multipliers[pair] = charge;
-            out.through[pair] = closed && charge > found.loose;
+            out.through[pair] = closed && charge > found.current_rounding;
         }
         Some(found.flow.voltage[capacitors].to_vec())
     }

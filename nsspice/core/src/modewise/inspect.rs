@@ -199,7 +199,6 @@ impl Engine {
             sources,
             length,
             span: 0.0,
-            shortest: length,
         });
     }
 

@@ -165,7 +165,7 @@ impl PyAuditor {
         stored: Floats,
         before: Floats,
         after: Floats,
-        lengths: (f64, f64, f64, f64),
+        lengths: (f64, f64, f64),
         sources: Floats,
         unknowns: Floats,
         multipliers: Floats,

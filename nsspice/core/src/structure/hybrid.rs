@@ -401,12 +401,6 @@ impl Hybrid {
         path.is_none_or(|path| path.iter().any(|e| self.twig_of[e.0].is_some()))
     }
 
-    /// The root of the least weight between two nodes: of what it takes to move them against each other.
-    pub fn stiffness(&self, [plus, minus]: [usize; 2]) -> f64 {
-        let path = self.basis.path(plus, minus).unwrap_or_default();
-        path.iter().filter_map(|e| self.twig_of[e.0]).map(|t| t.1).fold(f64::INFINITY, f64::min)
-    }
-
     /// Voltages and currents at a point.
     pub fn flow(&self, network: &Network, x: &[f64]) -> Flow {
         let tree = self.tree_voltages(x);

@@ -157,7 +157,6 @@ impl StateJumps<'_> {
             impulses,
             length,
             span,
-            shortest: 0.0,
             multipliers,
             settled,
             rest,

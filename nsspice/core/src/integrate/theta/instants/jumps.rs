@@ -49,8 +49,6 @@ pub struct Jump {
     pub length: f64,
     /// the impulses contain what ordinary values carry in this time: 0 if they are a limit [s]
     pub span: f64,
-    /// the shortest of those steps [s]
-    pub shortest: f64,
 }
 
 /// What charges and fluxes are measured by where jumps are reported: `1 / sqrt(E_ii)`; with functions
@@ -77,7 +75,6 @@ pub(in crate::integrate) struct StateJump {
     /// see [`Jump`]
     pub length: f64,
     pub span: f64,
-    pub shortest: f64,
     /// multipliers before
     pub multipliers: Vec<f64>,
     /// a step and the limit of steps from `after` that need no impulse
@@ -96,7 +93,6 @@ impl StateJump {
             impulses: [0, 1, 2].map(|k| sum(&self.impulses[k], &next.impulses[k])),
             length: self.length + next.length,
             span: self.span + next.span,
-            shortest: self.shortest.min(next.shortest),
             ..next
         }
     }
@@ -154,7 +150,7 @@ impl Stepper {
         before: Vec<f64>,
         state_jump: StateJump,
     ) {
-        let StateJump { first, after, impulses, length, span, shortest, settled, .. } = state_jump;
+        let StateJump { first, after, impulses, length, span, settled, .. } = state_jump;
         let values = settled.as_ref().map_or(&[][..], |s| &s.z);
         let begun = values_after(&after, span, settled.as_ref());
         if self.jumps().noticed(charges, [&before, &first, &begun], values) {
@@ -171,7 +167,6 @@ impl Stepper {
                     sources: self.state.u0.clone(),
                     length,
                     span,
-                    shortest,
                 });
             }
         }
@@ -351,7 +346,6 @@ impl StateJumps<'_> {
             impulses,
             length,
             span,
-            shortest: length,
             multipliers,
             settled,
             rest,

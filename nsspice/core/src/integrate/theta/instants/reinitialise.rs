@@ -77,7 +77,6 @@ impl Stepper {
                     sources: self.state.u0.clone(),
                     length: 0.0,
                     span: 0.0,
-                    shortest: 0.0,
                 });
             }
         }
