@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const MOST: usize = 8;
 
 /// `l`, by unknowns, and `c` of `c (l' x)^2`.
-type Square = (Vec<(u32, f64)>, f64);
+type Square = (Vec<(usize, f64)>, f64);
 
 /// The symmetric part `M` of a matrix as a sum of squares: `c v^2` for each element between two nodes, whose voltage
 /// `v` is one unknown, the sum or difference of two, or a sum along a path of the tree; one for each branch with a row
@@ -19,14 +19,12 @@ type Square = (Vec<(u32, f64)>, f64);
 /// current and a voltage at another place: as squares it would have the rounding of the larger one's.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
-    /// `i`, `j`, `s`, `c` of `c (x_i + s x_j)^2`, `s = 1` or `-1`
-    pub pairs: Vec<(u32, u32, f64, f64)>,
-    /// `i`, `d` of `d x_i^2`
-    pub single: Vec<(u32, f64)>,
-    /// `l` and `c`
-    pub combined: Vec<Square>,
+    /// of each square: the end of its terms and `c`
+    squares: Vec<(usize, f64)>,
+    /// terms of all `l`
+    terms: Vec<(u32, f64)>,
     /// `i`, `j`, `r` of `r x_i x_j`
-    pub products: Vec<(u32, u32, f64)>,
+    products: Vec<(u32, u32, f64)>,
 }
 
 impl Form {
@@ -36,14 +34,7 @@ impl Form {
         let edges = if matrix.values.is_empty() { &[][..] } else { edges };
         let mut out = Form::default();
         for (path, edge) in coordinates.rows(edges).iter().zip(edges) {
-            match path[..] {
-                [] => {}
-                [(i, _)] => out.single.push((i as u32, edge.2)),
-                [(i, a), (j, b)] => out.pairs.push((i as u32, j as u32, a * b, edge.2)),
-                _ => {
-                    out.combined.push((path.iter().map(|&(k, s)| (k as u32, s)).collect(), edge.2))
-                }
-            }
+            out.add(path, edge.2);
         }
         // by the place in the upper triangle: entries of the upper and of the lower one
         let mut rest: BTreeMap<(usize, usize), [f64; 2]> = BTreeMap::new();
@@ -65,33 +56,43 @@ impl Form {
         match cores(matrix.nrows, &own, &mutual) {
             Some(squares) => {
                 mutual.iter().flat_map(|e| [e.0, e.1]).for_each(|row| _ = own.remove(&row));
-                out.combined.extend(squares);
+                squares.iter().for_each(|(l, c)| out.add(l, *c));
             }
             None => {
                 let products = mutual.iter().map(|&(i, j, v)| (i as u32, j as u32, 2.0 * v));
                 out.products.extend(products);
             }
         }
-        out.single.extend(own.into_iter().map(|(k, v)| (k as u32, v)));
+        own.into_iter().for_each(|(k, v)| out.add(&[(k, 1.0)], v));
         out
+    }
+
+    /// Adds `c (l' x)^2`.
+    fn add(&mut self, l: &[(usize, f64)], c: f64) {
+        if !l.is_empty() {
+            self.terms.extend(l.iter().map(|&(k, factor)| (k as u32, factor)));
+            self.squares.push((self.terms.len(), c));
+        }
+    }
+
+    /// The sum of the squares, each of which is found from its `l`.
+    #[inline]
+    fn sum(&self, square: impl Fn(&[(u32, f64)]) -> f64) -> f64 {
+        let (mut sum, mut begin) = (0.0, 0);
+        for &(end, c) in &self.squares {
+            sum += c * square(&self.terms[begin..end]);
+            begin = end;
+        }
+        sum
     }
 
     /// `x' M x`
     #[inline]
     pub fn at(&self, x: impl Fn(usize) -> f64) -> f64 {
-        let mut sum = 0.0;
-        for &(i, j, sign, c) in &self.pairs {
-            let v = x(i as usize) + sign * x(j as usize);
-            sum += c * v * v;
-        }
-        for &(i, c) in &self.single {
-            let v = x(i as usize);
-            sum += c * v * v;
-        }
-        for (l, c) in &self.combined {
+        let mut sum = self.sum(|l| {
             let v = combination(l, &x);
-            sum += c * v * v;
-        }
+            v * v
+        });
         for &(i, j, r) in &self.products {
             sum += r * x(i as usize) * x(j as usize);
         }
@@ -100,16 +101,7 @@ impl Form {
 
     /// `sum w_ij k_i' M k_j` over the points `k` of a step.
     pub fn products(&self, points: &[&[f64]], w: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for &(i, j, sign, c) in &self.pairs {
-            sum += c * products(points, w, |k| k[i as usize] + sign * k[j as usize]);
-        }
-        for &(i, c) in &self.single {
-            sum += c * products(points, w, |k| k[i as usize]);
-        }
-        for (l, c) in &self.combined {
-            sum += c * products(points, w, |k| combination(l, |j| k[j]));
-        }
+        let mut sum = self.sum(|l| products(points, w, |k| combination(l, |j| k[j])));
         for &(i, j, r) in &self.products {
             for (row, a) in w.chunks_exact(points.len()).zip(points) {
                 for (w, b) in row.iter().zip(points) {
@@ -136,13 +128,13 @@ fn cores(
     mutual: &[(usize, usize, f64)],
 ) -> Option<Vec<Square>> {
     let rows: BTreeSet<usize> = mutual.iter().flat_map(|e| [e.0, e.1]).collect();
-    let diagonal = rows.iter().filter_map(|row| Some((*row, *row, *own.get(row)?)));
-    let both = mutual.iter().flat_map(|&(i, j, v)| [(i, j, v), (j, i, v)]);
-    let entries: Vec<_> = diagonal.chain(both).collect();
+    let diagonal = rows.iter().map(|row| Some((*row, *row, *own.get(row)?)));
+    let mut entries: Vec<_> = diagonal.collect::<Option<_>>()?;
+    entries.extend(mutual.iter().flat_map(|&(i, j, v)| [(i, j, v), (j, i, v)]));
     let groups = Coupled::of(&Csc::from_triplets(size, size, &entries))?;
     let square = |group: &Coupled, core: usize| {
         let rows = group.windings.iter().enumerate();
-        let turns = rows.filter_map(|(k, w)| Some((w.index? as u32, group.turns(k, core))));
+        let turns = rows.filter_map(|(k, w)| Some((w.index?, group.turns(k, core))));
         (turns.filter(|e| e.1 != 0.0).collect(), 1.0)
     };
     let squares = groups.iter().flat_map(|g| (0..g.cores()).map(move |core| square(g, core)));
@@ -177,8 +169,7 @@ mod tests {
                 (0..9).map(|k| (k / 3, k % 3, turns[k / 3] * turns[k % 3])).collect();
             entries.push((1, 1, leakage));
             let form = form(3, &entries, &[]);
-            assert!(form.pairs.is_empty() && form.single.is_empty());
-            assert_eq!(form.combined.len(), if leakage > 0.0 { 2 } else { 1 });
+            assert_eq!(form.squares.len(), if leakage > 0.0 { 2 } else { 1 });
             // of currents whose ampere turns cancel nothing is stored
             let x = [3e16, 3e16, 3e16];
             let stored = 0.5 * form.at(|k| x[k]);
@@ -193,7 +184,10 @@ mod tests {
         // 2 S between two nodes, and a source in the law of a branch that a voltage of 1 kV controls
         let entries = [(0, 0, 2.0), (0, 1, -2.0), (1, 0, -2.0), (1, 1, 2.0), (2, 1, -1e6)];
         let form = form(3, &entries, &[(0, 1, 2.0)]);
-        assert_eq!((&form.pairs[..], &form.single[..]), (&[(0, 1, -1.0, 2.0)][..], &[][..]));
+        assert_eq!(
+            (&form.squares[..], &form.terms[..]),
+            (&[(2, 2.0)][..], &[(0, 1.0), (1, -1.0)][..])
+        );
         assert_eq!(form.products, [(1, 2, -1e6)]);
         // as squares: 1e12 W, of which a pico would be lost to cancellation
         let x = [1e3, 1e3, 1e-12];
@@ -206,7 +200,7 @@ mod tests {
         for diagonal in [0.0, 1.0] {
             let entries = [(0, 0, diagonal), (0, 1, 2.0), (1, 0, 2.0), (1, 1, diagonal)];
             let form = form(2, &entries, &[]);
-            assert!(form.combined.is_empty());
+            assert_eq!(form.squares.len(), if diagonal > 0.0 { 2 } else { 0 });
             let x = [1.0, -3.0];
             assert!((form.at(|k| x[k]) - (10.0 * diagonal - 12.0)).abs() < 1e-14);
         }
@@ -228,7 +222,7 @@ mod tests {
             (3, 0, -7.0),
         ];
         let form = form(4, &entries, &[(0, 1, 1.0), (0, -1, 2.0)]);
-        assert_eq!((form.pairs.len(), form.single.len(), form.combined.len()), (1, 1, 2));
+        assert_eq!(form.squares.len(), 4);
         assert!(form.products.is_empty());
         let x = [1.0, -2.0, 3.0, 0.5];
         let direct: f64 = entries.iter().map(|&(r, c, v)| x[r] * v * x[c]).sum();

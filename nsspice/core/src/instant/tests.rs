@@ -188,6 +188,16 @@ fn currents_pass_islands_of_diodes() {
 }
 
 #[test]
+fn ideal_pairs_side_by_side_share_their_current() {
+    // 1 A through two diodes, beside one with 1 Ohm in series
+    let build = Build::new(2).current(0, 1.0).diode(Some(0), None).diode(Some(0), Some(1));
+    let found = build.diode(Some(0), None).resistor(Some(1), None, 1.0).after(&[0.0, 0.0]);
+    let found = found.unwrap();
+    [0.5, 0.0, 0.5].iter().zip(&found.l).for_each(|(e, f)| near(*f, *e));
+    assert!(found.active[0] && found.active[2]);
+}
+
+#[test]
 fn a_current_without_a_way_is_refused() {
     let build = Build::new(2).resistor(Some(1), None, 1.0).current(0, -1.0);
     assert!(build.diode(Some(0), Some(1)).after(&[0.0, 0.0]).is_none());

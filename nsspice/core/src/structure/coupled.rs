@@ -59,11 +59,12 @@ impl Coupled {
         let (mut order, mut turns): (Vec<usize>, Vec<Vec<f64>>) =
             ((0..n).collect(), vec![vec![]; n]);
         for step in 0..n {
-            let rest = step..n;
-            let pivot = rest.max_by(|&a, &b| {
-                let [a, b] = [a, b].map(|k| left[(order[k], order[k])]);
-                a.total_cmp(&b)
-            })?;
+            let rest = |k: usize| left[(order[k], order[k])];
+            let most = (step..n).map(rest).fold(f64::NEG_INFINITY, f64::max);
+            // of those alike the largest winding, to whose flux the others are small
+            let alike = (step..n).filter(|&k| rest(k) >= most - rounding);
+            let value = |k: usize| windings[order[k]].value;
+            let pivot = alike.max_by(|&a, &b| value(a).total_cmp(&value(b)))?;
             order.swap(step, pivot);
             let own = left[(order[step], order[step])];
             // the entries are known to some roundings

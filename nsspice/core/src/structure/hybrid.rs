@@ -40,8 +40,6 @@ pub enum Law {
 /// Weight of a loose branch beside the least one.  Roots of weights span less than half the range of numbers, and the
 /// condition of the equations does not depend on it.
 const LIGHT: f64 = 1e-60;
-/// Sweeps of equilibration (D. Ruiz 2001): each takes the root of what is left.
-const SWEEPS: usize = 8;
 
 impl Law {
     /// For the order of the forest: fixed branches first.
@@ -335,49 +333,23 @@ impl Hybrid {
     /// Solves the equations with one step of refinement.
     pub fn solve(&self) -> Option<Vec<f64>> {
         let n = self.size();
-        let scale = if self.is_wound() { self.equilibrate() } else { [vec![1.0; n], vec![1.0; n]] };
-        let scaled = |&(r, c, v): &(usize, usize, f64)| (r, c, scale[0][r] * v * scale[1][c]);
-        let entries: Vec<_> = self.entries.iter().map(scaled).collect();
-        let matrix = Csc::from_triplets(n, n, &entries);
+        let matrix = Csc::from_triplets(n, n, &self.entries);
         let mut factor = Factor::new(&matrix, &Arc::new(ordering(&matrix, 0)));
         if self.is_wound() && factor.singular().is_some() {
             // a loop of fixed voltages through a transformer: it carries nothing
             factor.set_hold(1.0);
             factor.factor(&matrix);
         }
-        let right: Vec<f64> = self.right.iter().zip(&scale[0]).map(|(b, s)| b * s).collect();
-        let (mut x, mut work) = (right.clone(), vec![0.0; n]);
+        let (mut x, mut rest, mut work) = (self.right.clone(), self.right.clone(), vec![0.0; n]);
         factor.solve(&mut x, &mut work).ok()?;
-        let mut rest = right;
         matrix.mul_add(-1.0, &x, &mut rest);
         factor.solve(&mut rest, &mut work).ok()?;
-        x.iter_mut().zip(&rest).zip(&scale[1]).for_each(|((x, d), s)| *x = (*x + d) * s);
+        x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
         x.iter().all(|v| v.is_finite()).then_some(x)
     }
 
     fn is_wound(&self) -> bool {
         self.twigs.iter().any(|t| t.led) || self.entries.iter().any(|e| e.0 == e.1 && e.2 == 0.0)
-    }
-
-    /// Powers of two for rows and columns that make the largest entries alike: windings are constraints, and measured
-    /// by the turns of their cores.
-    fn equilibrate(&self) -> [Vec<f64>; 2] {
-        let n = self.size();
-        let mut scale = [vec![1.0; n], vec![1.0; n]];
-        for _ in 0..SWEEPS {
-            let mut largest = [vec![0.0f64; n], vec![0.0f64; n]];
-            for &(r, c, v) in &self.entries {
-                let size = (scale[0][r] * v * scale[1][c]).abs();
-                largest[0][r] = largest[0][r].max(size);
-                largest[1][c] = largest[1][c].max(size);
-            }
-            for (scale, largest) in scale.iter_mut().zip(&largest) {
-                for (scale, &largest) in scale.iter_mut().zip(largest).filter(|e| *e.1 > 0.0) {
-                    *scale *= (-0.5 * largest.log2()).round().exp2();
-                }
-            }
-        }
-        scale
     }
 
     /// Voltages of the forest at a point.
