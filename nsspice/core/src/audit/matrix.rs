@@ -47,9 +47,14 @@ impl Entries {
         }
     }
 
-    /// The entries.
-    pub fn list(&self) -> &[(u32, u32, f64)] {
-        &self.list
+    /// `y' M x`
+    #[inline]
+    pub fn between(&self, y: &[f64], x: impl Fn(usize) -> f64) -> f64 {
+        let mut sum = 0.0;
+        for &(row, column, value) in &self.list {
+            sum += value * y[row as usize] * x(column as usize);
+        }
+        sum
     }
 
     /// Rows, columns and values of the entries.

@@ -15,46 +15,24 @@ fn product(form: &Product, largest: &[f64; 2]) -> f64 {
     (0..2).map(|kind| largest[kind] * dot(&form[kind], largest)).sum()
 }
 
-/// A sparse matrix between two lists of numbers.
-#[derive(Clone, Debug)]
-pub(super) struct Bilinear {
-    pub columns: Csc,
-    pub entries: Entries,
-}
-
-impl Bilinear {
-    fn new(matrix: &Csc) -> Bilinear {
-        Bilinear { columns: matrix.clone(), entries: Entries::new(matrix) }
-    }
-
-    /// `y' M x`
-    #[inline]
-    pub fn between(&self, y: &[f64], x: impl Fn(usize) -> f64) -> f64 {
-        let mut sum = 0.0;
-        for &(row, column, value) in self.entries.list() {
-            sum += value * y[row as usize] * x(column as usize);
-        }
-        sum
-    }
-}
-
 /// What is stored and dissipated at a point, and what rounding may make of both.
 #[derive(Clone, Debug)]
 pub(super) struct Powers {
     pub stored: Form,
     /// rates that control sources
-    pub controls: Bilinear,
+    pub controls: Entries,
     pub resisted: Form,
     /// `E` and `G` row by row
-    pub laws: [Csc; 2],
+    pub laws: [Entries; 2],
     /// charge or flux in each law while its own unknown stores half a joule
     pub joule: Vec<f64>,
-    pub a: Bilinear,
-    pub s: Bilinear,
-    pub averaging: Option<(Bilinear, Bilinear)>,
+    pub a: Entries,
+    pub s: Entries,
+    pub averaging: Option<(Entries, Entries)>,
     /// where smooth functions act, and where they are stored
-    pub smooth: Option<(Bilinear, Bilinear)>,
+    pub smooth: Option<(Entries, Entries)>,
     pub kinds: Vec<u8>,
+    pub pairs: usize,
     pub reach: Reach,
     share: f64,
     /// what the largest voltage and current store, and what they do
@@ -72,12 +50,13 @@ impl Powers {
     ) -> Powers {
         let (e, g, a) = (&linear.e, &linear.g, &linear.a);
         let [storage, controls] = linear.storage_and_controls();
-        let [entries_e, entries_g, entries_a] = [e, g, a].map(Entries::new);
+        let [entries_e, entries_g, a] = [e, g, a].map(Entries::new);
+        let pairs = linear.a.ncols;
         let h = averaging.map(|(h, _)| Entries::new(h));
         let kinds = linear.row_kind.clone();
-        let size = g.nrows + a.ncols;
+        let size = g.nrows + pairs;
         let average = h.as_ref();
-        let reach = Reach::new(&kinds, a.ncols, &entries_e, &entries_g, &entries_a, average);
+        let reach = Reach::new(&kinds, pairs, &entries_e, &entries_g, &a, average);
         let mut joule = vec![0.0; g.nrows];
         e.iter()
             .filter(|(row, col, _)| row == col)
@@ -92,15 +71,16 @@ impl Powers {
         }
         Powers {
             stored: Form::new(&storage, capacitors, coordinates),
-            controls: Bilinear::new(&controls),
+            controls: Entries::new(&controls),
             resisted: Form::new(g, conductors, coordinates),
-            laws: [e.clone(), g.clone()],
+            laws: [entries_e, entries_g],
             joule,
-            a: Bilinear::new(a),
-            s: Bilinear::new(&linear.s),
-            averaging: averaging.map(|(h, hs)| (Bilinear::new(h), Bilinear::new(hs))),
-            smooth: smooth.map(|laws| (Bilinear::new(&laws.f), Bilinear::new(&laws.q))),
+            a,
+            s: Entries::new(&linear.s),
+            averaging: averaging.map(|(h, hs)| (Entries::new(h), Entries::new(hs))),
+            smooth: smooth.map(|laws| (Entries::new(&laws.f), Entries::new(&laws.q))),
             kinds,
+            pairs,
             reach,
             share: share(size).max(known),
             content,
@@ -120,10 +100,14 @@ impl Powers {
         self.share * (stored + time * product(&self.acting, largest))
     }
 
-    /// Power that is dissipated in resistors and set-valued elements.
+    /// Power that is dissipated in resistors and set-valued elements, and acts in smooth functions and their rates.
     #[inline]
-    pub fn lost(&self, z: &[f64], l: &[f64]) -> f64 {
-        self.resisted.at(|k| z[k]) + self.a.between(z, |j| l[j])
+    pub fn lost(&self, z: &[f64], l: &[f64], [f, f_rate]: [&[f64]; 2]) -> f64 {
+        let power = self.resisted.at(|k| z[k]) + self.a.between(z, |j| l[j]);
+        let smooth = self.smooth.as_ref().map_or(0.0, |(acting, stored)| {
+            acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k])
+        });
+        power + smooth
     }
 
     /// The same beside the voltages and currents of a point, each where it is.
@@ -131,12 +115,12 @@ impl Powers {
     pub fn rounding_at(&self, (points, time): (u64, f64), [z, l, f]: [&[f64]; 3]) -> f64 {
         let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();
         let [mut stored, mut acting] = [0; 2].map(|_| vec![0.0; z.len()]);
-        self.laws[0].abs_mul_add(&size, &mut stored);
-        self.laws[1].abs_mul_add(&size, &mut acting);
-        self.a.columns.abs_mul_add(l, &mut acting);
+        self.laws[0].add_sizes(1.0, z, &mut stored);
+        self.laws[1].add_sizes(1.0, z, &mut acting);
+        self.a.add_sizes(1.0, l, &mut acting);
         if let Some((flowing, kept)) = &self.smooth {
-            flowing.columns.abs_mul_add(f, &mut acting);
-            kept.columns.abs_mul_add(f, &mut stored);
+            flowing.add_sizes(1.0, f, &mut acting);
+            kept.add_sizes(1.0, f, &mut stored);
         }
         self.share * (2.0 * points as f64 * dot(&size, &stored) + time * dot(&size, &acting))
     }

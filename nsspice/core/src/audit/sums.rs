@@ -238,10 +238,7 @@ impl Sums {
             let unknowns = by_unknowns.between(z, |k| z[k] - z0[k]);
             scheme += h * (unknowns + by_sources.between(z, |k| u[k] - u0[k]));
         }
-        let mut power = self.powers.lost(z, l);
-        if let Some((acting, stored)) = &self.powers.smooth {
-            power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
-        }
+        let power = self.powers.lost(z, l, [f, f_rate]);
         let dissipated = h * power + self.powers.controls.between(z, |k| z[k] - z0[k]);
         let delivered = h * self.powers.s.between(z, |k| u[k]);
         self.rounded.pass(1, h);
@@ -262,19 +259,17 @@ impl Sums {
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
-        let (m, count) = (self.powers.a.columns.ncols, all.weight.len());
+        let (m, count) = (self.powers.pairs, all.weight.len());
         let (mut delivered, mut dissipated, mut time) = (0.0, 0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
             if weight == 0.0 {
                 continue;
             }
             let (z, l, u, rate) = (all.z[i], &all.l[i * m..], all.u[i], all.rate[i]);
-            let mut power = self.powers.lost(z, l) + self.powers.controls.between(z, |k| rate[k]);
-            if let Some((acting, stored)) = &self.powers.smooth {
-                let (f, f_rate) = (all.f[i], all.f_rate[i]);
-                power += acting.between(z, |k| f[k]) + stored.between(z, |k| f_rate[k]);
-            }
-            dissipated += weight * power;
+            let [f, f_rate] =
+                [all.f, all.f_rate].map(|points| points.get(i).copied().unwrap_or(&[]));
+            let power = self.powers.lost(z, l, [f, f_rate]);
+            dissipated += weight * (power + self.powers.controls.between(z, |k| rate[k]));
             delivered += weight * self.powers.s.between(z, |k| u[k]);
             time += all.length * weight.abs();
         }
@@ -309,10 +304,10 @@ impl Sums {
     pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64], rounding: f64) {
         self.residual.clear();
         self.residual.resize(z.len(), 0.0);
-        self.powers.laws[0].mul_add(1.0, rate, &mut self.residual);
-        self.powers.laws[1].mul_add(1.0, z, &mut self.residual);
-        self.powers.a.columns.mul_add(1.0, l, &mut self.residual);
-        self.powers.s.columns.mul_add(-1.0, u, &mut self.residual);
+        self.powers.laws[0].add(1.0, rate, &mut self.residual);
+        self.powers.laws[1].add(1.0, z, &mut self.residual);
+        self.powers.a.add(1.0, l, &mut self.residual);
+        self.powers.s.add(-1.0, u, &mut self.residual);
         for ((missed, &kind), joule) in
             self.residual.iter().zip(&self.powers.kinds).zip(&self.powers.joule)
         {
