@@ -10,10 +10,12 @@ use crate::tolerances::{ACCEPT, CLEARLY};
 use std::sync::Arc;
 
 /// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
-/// never arrives, residuals relative to the point itself fade away although no solution exists.
+/// never arrives, residuals relative to the point itself fade away although no solution exists.  No test
+/// tells a decade more or less.
 pub(super) const ACCEPT_DATA: f64 = 1e-6;
 /// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
-/// tell whether there is one.
+/// tell whether there is one.  No test tells a decade less; with one more, solutions of a billion times their data
+/// might miss a tenth of it and need no certificate.
 const NO_DATA: f64 = 0.01;
 
 /// Against which size rounding errors are judged in sign tests.

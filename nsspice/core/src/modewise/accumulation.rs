@@ -18,7 +18,7 @@ const AGAIN: usize = 3;
 /// take minutes or hours: the next such part is stepped, and twice as much each time that nothing has changed.
 const STORM: (u64, f64) = (50_000, 2e-3);
 /// Longest time between two looks of switches that chatter, and longest step where events follow too fast, as a part
-/// of the run: at a few microseconds each, all take a second.
+/// of the run: at a few microseconds each, all take a second.  A decade more is too coarse for switches that slide.
 const INTERVAL: f64 = 5e-6;
 
 /// Parts of a run in which events follow too fast to be followed one by one.

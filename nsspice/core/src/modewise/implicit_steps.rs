@@ -30,7 +30,8 @@ const PATIENCE: u32 = 8;
 const AGREEMENT: [f64; 8] = [1e-3, 1e-5, 1e-7, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9];
 /// How often they come back to the same state of all gates before they have none.
 const RETURNS: usize = 2;
-/// First step, relative to the run.
+/// First step, relative to the run; with a decade less a ball of a billion times the usual mass does not come to rest.
+/// What such a step takes of the energy may be that of a jump.
 const FIRST: f64 = 1e-9;
 /// Steps are multiples of a power of 2 of the longest one, so that their matrices can be kept.
 pub(super) fn snapped(h: f64, longest: f64) -> f64 {

@@ -19,7 +19,7 @@ use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 const GENERATIONS: usize = 400;
 
 /// Part of the fastest rate that has to be left of a rate that a diode's opening slows down: what is
-/// left of a faster one is what its rounding leaves.
+/// left of a faster one is what its rounding leaves.  No test tells a decade more or less.
 const LEFT: f64 = 1e-3;
 /// Multipliers up to which they are unknowns beside those of the kernel.
 const UNKNOWNS: usize = 16;

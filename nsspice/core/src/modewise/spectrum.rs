@@ -9,8 +9,8 @@ use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;
 use crate::union_find::UnionFind;
 
-/// Condition of the eigenvectors above which the closed form loses too many digits: at two decades more critically
-/// damped pairs lose theirs.
+/// Condition of the eigenvectors, or ratio of rates, above which the closed form loses too many digits: at two decades
+/// more critically damped pairs lose theirs.
 pub(super) const CONDITION: f64 = 1e6;
 
 /// Number of states up to which the exponential of the whole matrix stands in for missing eigenvectors.

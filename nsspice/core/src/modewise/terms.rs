@@ -2,7 +2,8 @@
 
 use crate::dense::{complex, Complex};
 
-/// Largest exponent of what grows: below the range of numbers, beyond that of energies.
+/// Largest exponent of what grows: below the range of numbers, which ends at 709, so that there is room for factors
+/// of 1e8, and beyond that of energies.
 const LARGEST: f64 = 690.0;
 
 /// A function of the time since the start of the segment.

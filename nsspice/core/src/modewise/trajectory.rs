@@ -9,7 +9,8 @@ use super::spread::Spread;
 use super::terms::{Placed, Point, Term};
 use crate::dense::{collapse, complex, dot, Complex, Matrix};
 
-/// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below.
+/// A mode's share of a slow or resonant forcing is kept apart while `|difference| horizon` is below:
+/// division by a larger difference makes no more of rounding.
 const NEAR: f64 = 1.0;
 
 /// Whether a rate is slow against the horizon; asked for every term of every segment, where a square

@@ -13,7 +13,7 @@ use crate::tolerances::{ACCEPT, CLEARLY};
 
 /// Neither rounding nor an iteration near its end leaves so large a part: laws that leave that much of each other have
 /// no solution here, however large other voltages are; a first step that ends with it has led away; and a point that
-/// would move its largest unknown by it tends to no solution.
+/// would move its largest unknown by it tends to no solution.  No test tells a decade more or less.
 pub(super) const GROSS: f64 = 1e-3;
 
 impl State {

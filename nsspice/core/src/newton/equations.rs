@@ -10,8 +10,8 @@ use crate::tolerances::FLOOR;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Where no resistor tells what a usual conductance is [S]: that of a kilohm.  With 1 S a static problem without a
-/// solution is taken for solved.
+/// Where no resistor tells what a usual conductance is [S]: that of a kilohm.  With a decade more a static
+/// problem without a solution is taken for solved; no test tells one less.
 const CONDUCTANCE: f64 = 1e-3;
 
 /// Rows that are balanced at a time.

@@ -8,10 +8,12 @@ use crate::mlcp::equilibrate;
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
-/// Conductances below this part of the usual one do not count in the scaling.
+/// Conductances below this part of the usual one do not count in the scaling.  With a decade more large networks that float
+/// behind leakage cost more than others; no test tells one less.
 const NO_SLOPE: f64 = 1e-18;
 /// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
-/// its inverse looks open, too, if it was scaled while a junction conducted far more.
+/// its inverse looks open, too, if it was scaled while a junction conducted far more.  No test tells a decade
+/// more or less; without it rectifiers behind amplifiers of high gain find no solution.
 const BADLY_SCALED: f64 = 1e6;
 
 /// Lists, one after the other.

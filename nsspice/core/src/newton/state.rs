@@ -12,7 +12,8 @@ use crate::tolerances::FLOOR;
 const HOLD: [f64; 4] = [0.0, 1e-9, 1e-6, 1e-3];
 /// Largest unknown in the scaled system, in units of the data and of the start.  Chains of amplifiers
 /// multiply their gains: a linearised answer of 1e30 V would drown the volts of the stages before,
-/// and leave no trace of which way each of them is driven.
+/// and leave no trace of which way each of them is driven.  With 20 or 0.2 rectifiers in their feedback find no
+/// solution, and with 20 problems that have none seem solved.
 const REACH: f64 = 2.0;
 /// An unknown that is stopped there so many times in a row may go farther: twice as far, then 8, 128 and
 /// 32,768 times, as far as an amplifier of open loop gets from rest.
