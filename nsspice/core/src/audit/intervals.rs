@@ -77,7 +77,7 @@ impl Auditor {
             let first = &all.first[k * n..][..n];
             let weight = &all.weight[k * s..][..s];
             // charge and flux: what is there in the end, minus what was there, minus what came
-            let (mut error, mut sizes) = (vec![0.0; n], vec![0.0; n]);
+            let [mut error, mut sizes, mut contents] = [(); 3].map(|()| vec![0.0; n]);
             self.arrays.e.add_both(-1.0, first, &mut error, &mut sizes);
             let at = |i: usize, size: usize| (k * s + i) * size..(k * s + i + 1) * size;
             for (i, &weight) in weight.iter().enumerate() {
@@ -109,27 +109,38 @@ impl Auditor {
                         let u = &all.first_u[k * p..][..p];
                         smooth.values(first, u, all.begin[k], &mut f_first);
                         smooth.q.add_both(-1.0, &f_first, &mut error, &mut sizes);
+                        // what rounding of the largest voltage makes of a junction's charge, however little it is
+                        smooth.q.add_sizes(1.0, &smooth.reach, &mut contents);
                     }
                 }
             }
             let rounding = INSTANT * all.begin[k].abs().max(all.end[k].abs());
             self.blur(s, (rounding / h).min(1.0));
             self.judge_full();
-            self.motion(&error, &sizes, unit.share, [h, all.swing[k]]);
+            self.motion(&error, &sizes, &contents, unit.share, [h, all.swing[k]]);
             self.found.steps += u64::from(all.steps[k]);
         }
         self.judge();
     }
 
     /// The balance of charge and flux over an interval of length `h`; a content is known to this share
-    /// of what the largest voltage and current would make of it, and of what they would bring.  A
+    /// of what the largest voltage and current would make of it and of what functions store (their `contents`), and
+    /// of what they would bring.  A
     /// closed form is a sum of terms, which may be larger than all that is left of them: what they
     /// would store without cancelling, the `swing`, could all be in this element.
-    fn motion(&mut self, error: &[f64], sizes: &[f64], share: f64, [h, swing]: [f64; 2]) {
+    fn motion(
+        &mut self,
+        error: &[f64],
+        sizes: &[f64],
+        contents: &[f64],
+        share: f64,
+        [h, swing]: [f64; 2],
+    ) {
         let (mut worst, mut place) = (self.found.laws, None);
         for (row, (e, size)) in error.iter().zip(sizes).enumerate() {
             let brought = h * self.reach.acting(row, &self.seen.largest);
-            let content = self.reach.content(row, &self.seen.largest) + f64::MIN_POSITIVE;
+            let linear = self.reach.content(row, &self.seen.largest) + f64::MIN_POSITIVE;
+            let content = linear + contents[row];
             let floor = share * (content + brought);
             let summed = share * self.reach.holding(row, self.arrays.kinds[row], swing);
             let found = ratio(e.abs(), size.max(floor).max(summed));

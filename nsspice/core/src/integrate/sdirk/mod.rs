@@ -30,7 +30,6 @@ mod tableau;
 mod visited;
 
 pub use run::Sdirk;
-pub(super) use step::sources;
 pub use tableau::Tableau;
 
 /// What is asked of a run.

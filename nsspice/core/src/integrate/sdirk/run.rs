@@ -549,11 +549,7 @@ impl Sdirk {
                 turned.extend(self.reach(s, accepted.theta));
             }
             turned.iter().for_each(|&k| s.gates().throw(k));
-            if event && turned.is_empty() && s.state.time < self.breakpoint.0 {
-                self.turn(s);
-            } else {
-                self.restart(s);
-            }
+            self.restart(s);
             self.trouble.futile = event && before == s.state.active;
         }
         if s.solver.smooth.is_some() {

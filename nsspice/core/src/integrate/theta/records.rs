@@ -26,8 +26,6 @@ pub struct Facts {
     pub(in crate::integrate) conductances: [f64; 2],
     /// fastest time constant [s]
     pub(in crate::integrate) fastest: f64,
-    /// groups of laws in whose sum nothing is stored, not by smooth functions either; most are one law
-    pub(in crate::integrate) at_once: Vec<Vec<usize>>,
     /// stores, and what determines them
     pub(in crate::integrate) storage: Storage,
 }

@@ -106,7 +106,6 @@ impl Stepper {
             roles[s.pair] = s.role(gate);
         }
         let state = State::at_rest(roles, [n, p]);
-        let at_once = sys.laws_without_storage();
         let kinks = kinks_that_reach_storage(&sys.linear, sys.smooth.as_ref());
         let weights = jump_weights(&sys);
         let smooth = sys.smooth.take();
@@ -125,7 +124,6 @@ impl Stepper {
             node_storage: vec![0.0; n],
             conductances: sys.conductances(),
             fastest: fastest_time(&sys.linear.e, &sys.linear.g),
-            at_once,
             storage: Storage::new(&sys.linear.e, &sys.linear.row_kind),
         };
         let controls = Controls::new(&sys.linear, functions.into_iter(), &switches);

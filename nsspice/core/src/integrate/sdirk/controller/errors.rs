@@ -14,6 +14,7 @@ const STILL: f64 = 256.0;
 
 /// Most by which the error of the next step is expected to rise.
 const STEEPEST: f64 = 4.0;
+
 /// A step is taken again at most so many levels shorter in one go.
 const BACK: usize = 3;
 

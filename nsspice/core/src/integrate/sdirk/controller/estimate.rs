@@ -38,8 +38,6 @@ pub struct Estimate {
     /// there are such
     mixed: bool,
     pub charged: AtNodes,
-    /// unknowns on whose common value nothing that is stored depends
-    afloat: Vec<Vec<usize>>,
     /// scratch: plain errors of unknowns and functions, the same as charges and fluxes, smoothed ones
     raw: Vec<f64>,
     pub stored: Vec<f64>,
@@ -62,7 +60,6 @@ impl Estimate {
         for j in s.solver.smooth.iter().flat_map(|smooth| smooth.newton.stored_unknowns()) {
             own[j] = true;
         }
-        let sums = s.solver.smooth.iter().flat_map(|_| &s.facts.at_once);
         Estimate {
             errors: vec![0.0; n],
             constrained: vec![false; n],
@@ -72,7 +69,6 @@ impl Estimate {
             mixed: own.contains(&true),
             own,
             charged: AtNodes { errors: vec![0.0; n], before: vec![0.0; n], plain: vec![0.0; n] },
-            afloat: sums.filter(|sum| sum.len() > 1).cloned().collect(),
             raw: vec![0.0; n + p],
             stored: vec![0.0; n],
             smoothed: vec![0.0; n],
@@ -84,7 +80,6 @@ impl Estimate {
         for ((f, base), raw) in from.iter().zip(base).zip(&mut self.raw) {
             *raw = f - base;
         }
-        self.level_out();
     }
 
     /// Smooths them by the equations of the smooth stage solved last.
@@ -157,15 +152,6 @@ impl Estimate {
         true
     }
 
-    /// Takes the mean of each group out of `raw` on whose common value nothing that is stored depends: behind
-    /// a jump, where only windings hold such a group, it is known to the rounding of their fluxes alone.
-    fn level_out(&mut self) {
-        for group in &self.afloat {
-            let mean = group.iter().map(|&j| self.raw[j]).sum::<f64>() / group.len() as f64;
-            group.iter().for_each(|&j| self.raw[j] -= mean);
-        }
-    }
-
     /// Adds to the estimate what the continuous solution has beyond Hermite's cubic: inside a step in which
     /// a diode begins to conduct it errs more than at the end.
     pub fn look_inside(
@@ -180,7 +166,6 @@ impl Estimate {
         let n = self.errors.len();
         self.raw.fill(0.0);
         add_rates(h, weights, rates, &mut self.raw);
-        self.level_out();
         self.stored.fill(0.0);
         s.solver.sys.linear.e.mul_add(1.0, &self.raw[..n], &mut self.stored);
         self.smoothed.fill(0.0);
@@ -212,7 +197,6 @@ impl Estimate {
             Some(x) => raw.iter_mut().zip(x).zip(first).for_each(|((raw, x), z)| *raw = x - z),
             None => raw.fill(0.0),
         }
-        self.level_out();
         if self.at_charged_nodes(s, |estimate| &estimate.raw) {
             for (d, before) in self.charged.errors.iter_mut().zip(&self.charged.before) {
                 *d = (FIRST * d.abs()).max(before.abs());

@@ -167,15 +167,6 @@ impl Scales {
         self.margins(s, x).fold(f64::INFINITY, least)
     }
 
-    /// Whether pairs obey their signs at the present state.
-    pub fn obeyed(&self, s: &Stepper) -> bool {
-        let slacks = s.solver.sys.linear.slacks_of(&s.state.z, &s.state.l);
-        s.state.diodes.iter().all(|&i| {
-            let guard = if s.state.active[i] { s.state.l[i] } else { slacks[i] };
-            guard >= -VIOLATED * self.of_pair(i, s.state.active[i])
-        })
-    }
-
     /// The smallest among the guards that are followed; others count once they are violated: one that
     /// rests at zero would hide where these become negative.
     pub fn margin_of(&self, s: &Stepper, x: &[f64], followed: &[bool]) -> f64 {

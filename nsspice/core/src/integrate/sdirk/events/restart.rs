@@ -4,7 +4,6 @@ use super::fallback::FALLBACK_LEVEL;
 use super::guards::VIOLATED;
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::theta::failure::Failure;
-use crate::integrate::theta::instants::commutation::Turn;
 use crate::integrate::theta::stepper::Stepper;
 use crate::integrate::theta::time_grid::evaluate;
 use crate::mlcp::Start;
@@ -12,26 +11,6 @@ use crate::tolerances::ACCEPT;
 use crate::waveform::Side;
 
 impl Sdirk {
-    /// Finds the mode after the end of one at which pairs change but no switch: in passive networks
-    /// nothing jumps there.
-    pub(in crate::integrate::sdirk) fn turn(&mut self, s: &mut Stepper) {
-        if self.settings.accuracy.relative >= 1.0 {
-            return self.restart(s); // steps of fixed length cannot look closer
-        }
-        self.measure_pairs(s);
-        if s.goes_on() {
-            s.log_events();
-            return s.gates().unlatch();
-        }
-        let scales = &self.scales;
-        match s.turn(self.trial.length, self.breakpoint.0, |s| scales.obeyed(s)) {
-            Turn::Begun => s.log_events(),
-            Turn::Nothing => {} // the next step looks closer
-            Turn::Jump => self.restart(s),
-        }
-        s.gates().unlatch();
-    }
-
     /// The next step does not continue another one.
     pub(in crate::integrate::sdirk) fn begin_anew(&mut self, s: &mut Stepper) {
         let known = self.knows_rates(s);

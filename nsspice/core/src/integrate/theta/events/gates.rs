@@ -110,15 +110,6 @@ impl Gates<'_> {
         (0..self.switching.count()).filter(turned).collect()
     }
 
-    /// Opens the thyristors that conduct no more; that changes nothing else.
-    pub(in crate::integrate) fn unlatch(&mut self) {
-        for k in 0..self.switching.count() {
-            if self.switching.latched(k) && self.turns(k, &self.state.z) {
-                self.throw(k);
-            }
-        }
-    }
-
     /// The switches that turn where the unknowns are now.
     pub(in crate::integrate) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.switching.count()).filter(|&k| self.turns(k, &self.state.z))

@@ -316,7 +316,7 @@ impl StateJumps<'_> {
                 &end,
                 scale,
             );
-            if found <= bend && self.solver.no_more_impulsive(&once, &steps.0) {
+            if found <= bend {
                 ((once, twice), after, part, bend) = (steps, end, shorter, found);
             }
         }

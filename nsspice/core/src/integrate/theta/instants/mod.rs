@@ -1,7 +1,6 @@
 //! State jumps: which charges and fluxes they lead to, and the values and rates at t+.
 
 pub(in crate::integrate) mod algebraic;
-pub(in crate::integrate) mod commutation;
 pub(in crate::integrate) mod jump_test;
 pub(in crate::integrate) mod jumps;
 pub(in crate::integrate) mod reinitialise;

@@ -147,14 +147,6 @@ impl Solver {
         turned.filter(|(((a, b), on), _)| a != b && !**on).all(|(_, w)| w.abs() <= LOOSE * largest)
     }
 
-    /// Whether a shorter step from the same state has no larger impulses than a longer one: those of a jump
-    /// stay as they are, all others fall. At petavolts rounding lets junctions store what nothing brought.
-    pub(in crate::integrate) fn no_more_impulsive(&self, longer: &Short, shorter: &Short) -> bool {
-        let [long, short] = [longer, shorter]
-            .map(|step| self.sys.largest(&[&step.z]).map(|largest| largest * step.length));
-        (0..2).all(|kind| short[kind] <= 2.0 * long[kind])
-    }
-
     /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
     /// unknowns do, beside a scale: they are exponentials of voltages.
     pub(in crate::integrate) fn curvature_of_charges(

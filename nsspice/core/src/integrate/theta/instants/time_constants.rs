@@ -1,7 +1,6 @@
 //! What reinitialising steps have to be short beside: the fastest times of a circuit.
 
 use crate::integrate::theta::instants::state_jumps::StateJumps;
-use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
@@ -36,27 +35,6 @@ pub(in crate::integrate) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
     1.0 / rate // infinite if nothing couples
 }
 
-/// The shortest time in which a group of capacitors as a whole moves [s]: what holds its potential may be
-/// the charge of a junction, a small part of what the group stores.
-fn time_of_groups(groups: &[Vec<usize>], e: &Csc, g: &Csc) -> f64 {
-    let mut owner = vec![None; g.nrows];
-    for (k, group) in groups.iter().enumerate() {
-        group.iter().for_each(|&j| owner[j] = Some(k));
-    }
-    // of each: what it stores for a common potential, the size of the terms of that, what it conducts
-    let mut sums = vec![[0.0; 3]; groups.len()];
-    let inside = |r: usize, c: usize| owner[r].filter(|_| owner[r] == owner[c]);
-    for (k, v) in e.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
-        sums[k][0] += v;
-        sums[k][1] += v.abs();
-    }
-    for (k, v) in g.iter().filter_map(|(r, c, v)| Some((inside(r, c)?, v))) {
-        sums[k][2] += v;
-    }
-    let tied = sums.iter().filter(|[stored, size, _]| *stored > OF_SOLUTION * size);
-    tied.fold(f64::INFINITY, |time, [stored, _, conducted]| time.min(stored / conducted.abs()))
-}
-
 impl StateJumps<'_> {
     /// What reinitialising steps have to be short beside [s]: charges of junctions move in times that the
     /// present state tells.
@@ -68,7 +46,7 @@ impl StateJumps<'_> {
         let Some(smooth) = &mut self.solver.smooth else { return known };
         let Some(e) = smooth.stored(linear, &self.state.z, u, time, instant) else { return known };
         let g = smooth.conducting(linear);
-        let time = fastest_time(&e, g).min(time_of_groups(self.facts.storage.floating(), &e, g));
+        let time = fastest_time(&e, g);
         known.min(OF_FUNCTIONS * time)
     }
 }
