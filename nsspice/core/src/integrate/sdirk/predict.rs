@@ -8,21 +8,13 @@ use crate::integrate::theta::smooth::FARTHEST;
 /// Where Newton's method begins.
 pub struct Beginning {
     pub past: Past,
-    pub beside: Beside,
     guess: Vec<f64>,
-    /// the value of the polynomial alone
-    plain: Vec<f64>,
 }
 
 impl Beginning {
     /// For `stages` of `n` unknowns, `more` guards and functions.
     pub fn new(stages: usize, n: usize, more: usize) -> Beginning {
-        Beginning {
-            past: Past::new(stages, n + more),
-            beside: Beside::new(n),
-            guess: vec![0.0; n],
-            plain: vec![0.0; n],
-        }
+        Beginning { past: Past::new(stages, n + more), guess: vec![0.0; n] }
     }
 
     /// The unknowns at the end of stage `i`, see [`Past::predict`].
@@ -37,10 +29,9 @@ impl Beginning {
         self.past.predict(tableau, i, h, first, done, &mut self.guess).then_some(&self.guess)
     }
 
-    /// The unknowns at `theta`, near the polynomial through the stages with these weights of their rates.
+    /// The unknowns of the polynomial through the stages, with these weights of their rates.
     pub fn of_point(
         &mut self,
-        theta: f64,
         h: f64,
         weights: &[f64; MOST],
         first: &[f64],
@@ -48,14 +39,7 @@ impl Beginning {
     ) -> &[f64] {
         self.guess.copy_from_slice(first);
         add_rates(h, weights, rates, &mut self.guess);
-        self.plain.copy_from_slice(&self.guess);
-        self.beside.correct(theta, &mut self.guess);
         &self.guess
-    }
-
-    /// Keeps how far the solution at `theta` is from that polynomial.
-    pub fn keep(&mut self, theta: f64, solution: &[f64]) {
-        self.beside.keep(theta, &self.plain, solution);
     }
 }
 
@@ -154,80 +138,9 @@ fn lagrange<const COUNT: usize>(at: f64, places: &[f64; 4]) -> [f64; 4] {
     weights
 }
 
-/// How far solutions inside a step were from its polynomial: the next one nearby is as far.
-pub struct Beside {
-    /// distances of the last solutions, the last one first
-    errors: [Vec<f64>; 2],
-    /// where they were, as parts of the step
-    places: [f64; 2],
-    count: usize,
-}
-
-impl Beside {
-    pub fn new(size: usize) -> Beside {
-        Beside { errors: [vec![0.0; size], vec![0.0; size]], places: [0.0; 2], count: 0 }
-    }
-
-    /// Another step begins.
-    pub fn forget(&mut self) {
-        self.count = 0;
-    }
-
-    /// Keeps how far the solution at `theta` is from the polynomial.
-    pub fn keep(&mut self, theta: f64, polynomial: &[f64], solution: &[f64]) {
-        self.errors.swap(0, 1);
-        self.places = [theta, self.places[0]];
-        for ((e, p), x) in self.errors[0].iter_mut().zip(polynomial).zip(solution) {
-            *e = x - p;
-        }
-        self.count = (self.count + 1).min(2);
-    }
-
-    /// Adds to the polynomial at `theta` what it probably errs by.
-    pub fn correct(&self, theta: f64, out: &mut [f64]) {
-        let [last, before] = self.places;
-        let line = (theta - before) / (last - before);
-        let near = self.count == 2 && line.abs() <= FARTHEST; // NaN is not
-        let weights = match self.count {
-            0 => return,
-            _ if near => [line, 1.0 - line],
-            _ => [1.0, 0.0],
-        };
-        for (w, e) in weights.iter().zip(&self.errors) {
-            if *w != 0.0 {
-                for (out, e) in out.iter_mut().zip(e) {
-                    *out += w * e;
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// What two solutions inside a step are beside its polynomial goes on along a line.
-    #[test]
-    fn solutions_beside_a_polynomial_are_continued() {
-        let mut beside = Beside::new(1);
-        let correction = |beside: &Beside, theta: f64| {
-            let mut out = [5.0];
-            beside.correct(theta, &mut out);
-            out[0] - 5.0
-        };
-        assert_eq!(correction(&beside, 0.5), 0.0);
-        beside.keep(0.1, &[1.0], &[1.25]);
-        assert_eq!(correction(&beside, 0.5), 0.25);
-        beside.keep(0.2, &[1.0], &[1.5]);
-        assert!((correction(&beside, 0.3) - 0.75).abs() < 1e-15);
-        // far away, and at the same place again, the last one alone counts
-        assert_eq!(correction(&beside, 0.9), 0.5);
-        beside.keep(0.2, &[1.0], &[1.5]);
-        assert_eq!(correction(&beside, 0.3), 0.5);
-        beside.forget();
-        assert_eq!(correction(&beside, 0.3), 0.0);
-    }
 
     /// Cubics are predicted exactly where four points are known, parabolas where three are.
     #[test]

@@ -163,7 +163,6 @@ impl Trial {
     ) -> Result<(), Broken> {
         let (n, m) = (self.n, self.m);
         self.level = level;
-        self.beginning.beside.forget();
         self.length = stage_equations.length(level);
         self.samples.iter_mut().for_each(|sample| sample.theta = None);
         self.crossed = false;
@@ -332,7 +331,7 @@ impl Trial {
         if let Some(smooth) = &mut s.solver.smooth {
             // all unknowns lie near the polynomial through the stages
             let (first, rates) = (&self.first[..n], &self.stages.rates);
-            smooth.newton.predict(self.beginning.of_point(theta, h, &value, first, rates));
+            smooth.newton.predict(self.beginning.of_point(h, &value, first, rates));
         }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
         sources(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
@@ -345,9 +344,6 @@ impl Trial {
             StageProblem { level, t, from, u, near, keeps: false },
             &mut self.at.x,
         );
-        if s.solver.smooth.is_some() && fit != Fit::Contradiction {
-            self.beginning.keep(theta, &self.at.x);
-        }
         self.stages.open[tableau.stages()] = fit == Fit::Open;
         let stored = self.at.x[..n].iter().chain(&self.at.x[n + m..]);
         for ((d, x), b) in self.at.slope.iter_mut().zip(stored).zip(&self.from) {
