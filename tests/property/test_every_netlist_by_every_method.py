@@ -11,7 +11,7 @@ import nsspice
 NETLISTS = Path(__file__).parents[2] / "netlists"
 #: a sine of 1 GHz over a kilosecond takes 1e13 steps, whatever the method
 ENDLESS = {"extreme_gigahertz_for_kiloseconds.net"}
-#: an equilibrium of two agents, not passive: located events find no mode behind one; points solved one by one do
+#: an equilibrium of two agents, not passive: located events find no mode behind one
 UNSOLVED = {("ex431_equilibrium.net", "sdirk")}
 DECKS = [
     path
