@@ -236,6 +236,8 @@ def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
         low, high = np.where(rising, middle, low), np.where(rising, high, middle)
     at = 0.5 * (low + high)
     found = sign * cells.values(trace, at[:, np.newaxis])[:, 0]
+    if trace.linear:
+        return found, at  # a piece is smooth, and so is a sum of signals in it
     # a kink: halving by values
     left, right = np.zeros(at.size), np.ones(at.size)
     for _ in range(_HALVINGS):
