@@ -12,7 +12,7 @@
 //! *A block principal pivoting algorithm for large-scale strictly monotone linear complementarity problems*, Comput. Oper.
 //! Res. 21 (1994) 587).
 
-use crate::structure::{Flow, Hybrid, Law, Network};
+use crate::structure::{Flow, Hybrid, Law, Network, SUMS};
 
 /// Rounds of block pivoting in which no fewer branches are of the wrong sign, before it is given up.
 const PATIENCE: usize = 3;
@@ -44,6 +44,8 @@ pub struct Mixed {
     pub rounding: f64,
     /// of currents
     pub current_rounding: f64,
+    /// what loose branches may drive through others: no current
+    pub loose: f64,
 }
 
 /// What one mode leads to.
@@ -87,7 +89,10 @@ pub fn solve(network: &Network, ways: &[OneWay]) -> Option<Mixed> {
     }
     let Trial { flow, carried, slack, potentials, rounding, .. } = trial;
     let [current_rounding, rounding] = rounding;
-    Some(Mixed { flow, closed, carried, slack, potentials, rounding, current_rounding })
+    let is_loose = |at: &usize| matches!(network.laws[*at], Law::Loose(_));
+    let all = (0..network.laws.len()).filter(is_loose);
+    let loose = all.map(|at| flow.current[at].abs()).sum();
+    Some(Mixed { flow, closed, carried, slack, potentials, rounding, current_rounding, loose })
 }
 
 /// The mode by block pivoting; nothing where it goes to and fro, or branches without resistance might form loops.
@@ -101,7 +106,7 @@ fn by_blocks(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> {
         let trial = attempt(network, ways, &closed)?;
         let reversed = (0..ways.len()).filter(|&k| closed[k] && trial.carried[k] < 0.0);
         let reversed: Vec<usize> = reversed.collect();
-        let violated = violated(ways, &trial, &closed);
+        let violated = violated(ways, &trial, &closed, &[]);
         let wrong = reversed.len() + violated.len();
         if wrong == 0 {
             return Some((closed, trial));
@@ -125,8 +130,7 @@ fn one_by_one(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> 
     let mut trial = attempt(network, ways, &closed)?;
     // each round ends nearer to the solution than the one before; rounding may undo that
     for _ in 0..3 * m + 1 {
-        let open = violated(ways, &trial, &closed).into_iter().find(|e| !passed[e.0]);
-        let Some((next, _)) = open else {
+        let Some(&(next, _)) = violated(ways, &trial, &closed, &passed).first() else {
             return Some((closed, trial));
         };
         if trial.hybrid.moves(ways[next].ends) || ways[next].series > 0.0 {
@@ -163,9 +167,12 @@ fn one_by_one(network: &Network, ways: &[OneWay]) -> Option<(Vec<bool>, Trial)> 
 }
 
 /// The open branches that are violated, most first, and by how much.
-fn violated(ways: &[OneWay], trial: &Trial, closed: &[bool]) -> Vec<(usize, f64)> {
-    let open = (0..ways.len()).filter(|&k| !closed[k]).map(|k| (k, trial.slack[k]));
-    let mut out: Vec<_> = open.filter(|e| e.1 < -trial.rounding[1]).collect();
+fn violated(ways: &[OneWay], trial: &Trial, closed: &[bool], passed: &[bool]) -> Vec<(usize, f64)> {
+    let passed = |k: usize| passed.get(k).is_some_and(|passed| *passed);
+    let open = (0..ways.len()).filter(|&k| !closed[k] && !passed(k));
+    let violated = open.filter(|&k| trial.slack[k] < -trial.rounding[1]);
+    let weighted = |k: usize| (k, trial.slack[k] * trial.hybrid.stiffness(ways[k].ends));
+    let mut out: Vec<_> = violated.map(weighted).collect();
     out.sort_by(|a, b| a.1.total_cmp(&b.1));
     out
 }
@@ -226,8 +233,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let offsets = ways.iter().fold(0.0f64, |a, w| a.max(w.offset.abs()));
     let injected = largest(&network.injected);
     let sizes = [largest(&flow.current).max(injected), largest(&flow.voltage).max(offsets)];
-    let part = mode.rounding();
-    let rounding = sizes.map(|size| part * size);
+    let rounding = sizes.map(|size| SUMS * size);
     let contradicts = |(law, voltage): (&Law, &f64)| match law {
         Law::Fixed(fixed) => f64::abs(voltage - fixed) > rounding[1],
         Law::Weighted { .. } | Law::Loose(_) | Law::Led => false,
@@ -239,7 +245,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
     let firm = |at: &usize| matches!(mode.laws[*at], Law::Fixed(_) | Law::Weighted { .. });
     let firm = (0..first).filter(firm).fold(offsets, |most, at| most.max(flow.voltage[at].abs()));
     let idle =
-        |at: usize| flow.current[at].abs() <= rounding[0] || part * flow.voltage[at].abs() <= firm;
+        |at: usize| flow.current[at].abs() <= rounding[0] || SUMS * flow.voltage[at].abs() <= firm;
     let cut_off = hybrid.cut_off || !(0..cores).filter(is_loose).all(idle);
     if !is_wound(&mode, &flow, &potentials, sizes[1]) {
         return None;
@@ -271,8 +277,7 @@ fn is_wound(mode: &Network, flow: &Flow, potentials: &[f64], largest: f64) -> bo
         sums[t.winding][1] += t.turns.abs() * stored;
     }
     let holds = |(at, [v, flux]): (usize, &[f64; 2])| {
-        mode.laws[at] != Law::Led
-            || (flow.voltage[at] - v).abs() <= mode.rounding() * (largest + flux)
+        mode.laws[at] != Law::Led || (flow.voltage[at] - v).abs() <= SUMS * (largest + flux)
     };
     sums.iter().enumerate().all(holds)
 }

@@ -1,26 +1,27 @@
 //! Rates of charges, and currents in loops of what has a fixed voltage.
 
+use super::draft::Draft;
 use super::mixed::OneWay;
-use super::reinitialise::{put, Consistent, Instant};
+use super::reinitialise::{Consistent, Instant};
 use super::values::Values;
 use crate::mlcp::Role;
-use crate::structure::{Branch, Law, Network};
+use crate::structure::{Branch, Law};
 
 impl Instant<'_> {
     /// The rates of capacitors, and currents that flow in loops of them.
     pub fn rates(&self, values: &Values, out: &mut Consistent) -> Option<()> {
         let elements = self.elements();
-        let mut draft = Network::new(elements.nodes);
+        let mut draft = Draft::new(elements.nodes);
         let voltages =
             draft.add(&elements.voltages, |_, b| Law::Fixed(self.source(&self.rising, b)));
         let switches = self.ideal(Role::Closed);
         let closed = draft.add(&switches, |_, _| Law::Fixed(0.0));
         draft.add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: 0.0 });
-        draft.inject_all(&elements.entering(&self.driven));
+        draft.inject(&elements.entering(&self.driven));
         for (resistor, &current) in elements.resistors.iter().zip(&values.currents) {
             draft.carry(resistor, current);
         }
-        let (windings, wound) = self.carry_inductors(&mut draft, out);
+        let windings = self.carry_inductors(&mut draft, out);
         let v = &values.potentials;
         for switch in self.pairs(Role::Closed).iter().filter(|b| b.value > 0.0) {
             let [plus, minus] = switch.ends;
@@ -39,11 +40,17 @@ impl Instant<'_> {
         }
         let ways: Vec<OneWay> =
             resting.iter().map(|d| OneWay { ends: d.ends, offset: 0.0, series: 0.0 }).collect();
-        let rates = draft.with(&ways, &vec![0.0; elements.nodes])?;
+        let rates = draft.solve(&ways, &vec![0.0; elements.nodes])?;
         elements.put(&rates.potentials, &mut out.rates);
-        put(&elements.voltages, &rates.flow.current[voltages], &mut out.z);
-        put(&windings, &rates.flow.current[wound], &mut out.z);
-        put(&switches, &rates.flow.current[closed], &mut out.l);
+        for (branch, at) in elements.voltages.iter().zip(voltages) {
+            branch.index.iter().for_each(|&row| out.z[row] = rates.flow.current[at]);
+        }
+        for (branch, at) in windings {
+            branch.index.iter().for_each(|&row| out.z[row] = rates.flow.current[at]);
+        }
+        for (branch, at) in switches.iter().zip(closed) {
+            branch.index.iter().for_each(|&pair| out.l[pair] = rates.flow.current[at]);
+        }
         for ((branch, &current), &conducts) in resting.iter().zip(&rates.carried).zip(&rates.closed)
         {
             let Some(pair) = branch.index else { continue };

@@ -4,9 +4,8 @@ use super::mixed::OneWay;
 use crate::dense::{Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
-use crate::rounding::of_entries;
 use crate::sparse::Csc;
-use crate::structure::{Branch, Coordinates, Coupled, Elements, Law};
+use crate::structure::{Branch, Coordinates, Coupled, Elements, Law, SUMS};
 
 /// Networks with more branches are left to sparse methods: the loops of one forest grow with their square.
 const MOST: usize = 2000;
@@ -43,7 +42,6 @@ pub struct Reinitialiser {
     offsets: Vec<f64>,
     size: usize,
     pairs: usize,
-    branches: usize,
 }
 
 impl Reinitialiser {
@@ -73,7 +71,6 @@ impl Reinitialiser {
             offsets: linear.q.clone(),
             size: linear.g.nrows,
             pairs: linear.a.ncols,
-            branches: all,
         })
     }
 
@@ -123,19 +120,8 @@ impl Reinitialiser {
         largest: f64,
     ) -> Option<Consistent> {
         let mut instant = Instant::new(self, before, [u, slopes], roles);
-        instant.nothing = of_entries(self.branches) * largest;
+        instant.nothing = SUMS * largest;
         instant.solve(before)
-    }
-}
-
-/// Writes the values of branches into the places of their unknowns or pairs.
-pub(super) fn put<'b>(
-    branches: impl IntoIterator<Item = &'b Branch>,
-    values: &[f64],
-    out: &mut [f64],
-) {
-    for (branch, &value) in branches.into_iter().zip(values) {
-        branch.index.iter().for_each(|&k| out[k] = value);
     }
 }
 

@@ -4,11 +4,12 @@
 //! engines do.  With the multipliers of KCL as potentials, `min sum i^2` over `i >= 0` is a network in which each of
 //! these pairs has one ohm.
 
+use super::draft::Draft;
 use super::mixed::OneWay;
-use super::reinitialise::{put, Consistent, Instant};
+use super::reinitialise::{Consistent, Instant};
 use super::values::Values;
 use crate::mlcp::Role;
-use crate::structure::{Basis, Branch, Law, Network};
+use crate::structure::{Basis, Branch, Law};
 
 impl Instant<'_> {
     /// Closes pairs without voltage that lie across closed ones, and spreads the currents over all of them; what is
@@ -28,19 +29,21 @@ impl Instant<'_> {
         if ways.len() == carrying {
             return;
         }
-        let mut draft = Network::new(self.elements().nodes);
+        let mut draft = Draft::new(self.elements().nodes);
         let twoway = draft.add(&switches, |_, _| Law::Weighted { weight: 1.0, offset: 0.0 });
         for branch in ways[..carrying].iter().chain(&switches) {
             branch.index.iter().for_each(|&pair| draft.carry(branch, -out.l[pair]));
         }
         let unit: Vec<OneWay> =
             ways.iter().map(|d| OneWay { ends: d.ends, offset: 0.0, series: 1.0 }).collect();
-        let Some(found) = draft.with(&unit, &vec![0.0; self.elements().nodes]) else { return };
+        let Some(found) = draft.solve(&unit, &vec![0.0; self.elements().nodes]) else { return };
         for (way, &current) in ways.iter().zip(&found.carried) {
             let Some(pair) = way.index else { continue };
             out.l[pair] = current;
             out.active[pair] |= current > found.current_rounding;
         }
-        put(&switches, &found.flow.current[twoway], &mut out.l);
+        for (switch, &current) in switches.iter().zip(&found.flow.current[twoway]) {
+            switch.index.iter().for_each(|&pair| out.l[pair] = current);
+        }
     }
 }

@@ -1,15 +1,16 @@
 //! What capacitors and inductors store after the instant.
 
+use super::draft::Draft;
 use super::mixed::OneWay;
-use super::reinitialise::{put, Before, Consistent, Instant};
+use super::reinitialise::{Before, Consistent, Instant};
 use crate::mlcp::Role;
-use crate::structure::{Basis, Branch, Coupled, Law, Network};
+use crate::structure::{Basis, Branch, Coupled, Law};
 
 impl Instant<'_> {
     /// The voltages of the capacitors after the jump, and the charges that it moves.
     pub fn charges(&self, before: Before, out: &mut Consistent) -> Option<Vec<f64>> {
         let elements = self.elements();
-        let mut draft = Network::new(elements.nodes);
+        let mut draft = Draft::new(elements.nodes);
         let voltages =
             draft.add(&elements.voltages, |_, b| Law::Fixed(self.source(&self.driven, b)));
         let switches = self.ideal(Role::Closed);
@@ -20,21 +21,31 @@ impl Instant<'_> {
         };
         let capacitors = draft
             .add(&elements.capacitors, |_, c| Law::Weighted { weight: c.value, offset: held(c) });
-        let (windings, wound) = self.wind_tight(&mut draft, |fluxes| vec![0.0; fluxes.len()]);
+        let mut windings = Vec::new();
+        for (group, fluxes) in self.tight() {
+            let [at, _] = draft.wind(group, &vec![0.0; fluxes.len()], false);
+            windings.extend(group.windings.iter().zip(at));
+        }
         if let Before::Stored(charges) = before {
-            draft.inject_all(&elements.entering(charges));
+            draft.inject(&elements.entering(charges));
         }
         let diodes = self.ideal(Role::Diode);
         let ways: Vec<OneWay> = diodes.iter().map(|d| self.way(d)).collect();
-        let found = draft.with(&ways, &self.potentials)?;
+        let found = draft.solve(&ways, &self.potentials)?;
         let [unknowns, multipliers] = &mut out.impulses;
-        put(&elements.voltages, &found.flow.current[voltages], unknowns);
-        put(&windings, &found.flow.current[wound], unknowns);
-        put(&switches, &found.flow.current[closed], multipliers);
+        for (branch, at) in elements.voltages.iter().zip(voltages) {
+            branch.index.iter().for_each(|&row| unknowns[row] = found.flow.current[at]);
+        }
+        for (winding, at) in windings {
+            winding.index.iter().for_each(|&row| unknowns[row] = found.flow.current[at]);
+        }
+        for (branch, at) in switches.iter().zip(closed) {
+            branch.index.iter().for_each(|&pair| multipliers[pair] = found.flow.current[at]);
+        }
         for ((branch, &charge), &closed) in diodes.iter().zip(&found.carried).zip(&found.closed) {
             let Some(pair) = branch.index else { continue };
             multipliers[pair] = charge;
-            out.through[pair] = closed && charge > found.current_rounding;
+            out.through[pair] = closed && charge > found.loose;
         }
         Some(found.flow.voltage[capacitors].to_vec())
     }
@@ -54,7 +65,7 @@ impl Instant<'_> {
             };
         }
         self.carry_fluxes(out);
-        let mut draft = Network::new(elements.nodes);
+        let mut draft = Draft::new(elements.nodes);
         let mut ends = Vec::new();
         let closed = self.pairs(Role::Closed);
         for list in [&elements.voltages, &elements.capacitors, &elements.resistors, &closed] {
@@ -77,7 +88,7 @@ impl Instant<'_> {
             .iter()
             .map(|&k| draft.wind(&elements.groups[k], &self.fluxes[k], true)[1].clone())
             .collect();
-        draft.inject_all(&elements.entering(&self.driven));
+        draft.inject(&elements.entering(&self.driven));
         for inductor in elements.inductors.iter().filter(|l| !moves(l)) {
             draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
         }
@@ -86,13 +97,15 @@ impl Instant<'_> {
         let way = |d: &Branch| OneWay { ends: d.ends, offset: 0.0, series: 0.0 };
         let ways: Vec<OneWay> = diodes.iter().map(way).collect();
         let nothing = vec![0.0; elements.nodes];
-        let found = draft.with(&ways, &nothing)?;
+        let found = draft.solve(&ways, &nothing)?;
         let all = laws.clone().chain(cores.iter().flat_map(Clone::clone));
         let jumps = all.into_iter().any(|at| found.flow.voltage[at] != 0.0);
         if !jumps {
             return Some(Vec::new());
         }
-        put(&inductors, &found.flow.current[laws], &mut out.z);
+        for (inductor, at) in inductors.iter().zip(laws) {
+            inductor.index.iter().for_each(|&row| out.z[row] = found.flow.current[at]);
+        }
         for (&k, cores) in groups.iter().zip(&cores) {
             self.fluxes[k].copy_from_slice(&found.flow.current[cores.clone()]);
         }
@@ -105,7 +118,9 @@ impl Instant<'_> {
     /// The currents that the fluxes of cores tell.
     fn carry_fluxes(&self, out: &mut Consistent) {
         for (group, fluxes) in self.elements().groups.iter().zip(&self.fluxes) {
-            put(&group.windings, &group.currents(fluxes), &mut out.z);
+            for (winding, current) in group.windings.iter().zip(group.currents(fluxes)) {
+                winding.index.iter().for_each(|&row| out.z[row] = current);
+            }
         }
     }
 }

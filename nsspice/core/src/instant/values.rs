@@ -1,9 +1,10 @@
 //! Currents and voltages that follow from what is stored.
 
+use super::draft::Draft;
 use super::mixed::{Mixed, OneWay};
-use super::reinitialise::{put, Consistent, Instant};
+use super::reinitialise::{Consistent, Instant};
 use crate::mlcp::Role;
-use crate::structure::{Basis, Branch, Coupled, Law, Network};
+use crate::structure::{Basis, Branch, Coupled, Law};
 use std::ops::Range;
 
 /// Values right after an instant.
@@ -30,7 +31,7 @@ impl Instant<'_> {
     /// Potentials and the currents of resistors, with charges and fluxes as they are.
     pub fn values(&self, charged: &[f64], out: &mut Consistent) -> Option<Values> {
         let elements = self.elements();
-        let mut draft = Network::new(elements.nodes);
+        let mut draft = Draft::new(elements.nodes);
         let voltages =
             draft.add(&elements.voltages, |_, b| Law::Fixed(self.source(&self.driven, b)));
         let switches = self.pairs(Role::Closed);
@@ -38,17 +39,19 @@ impl Instant<'_> {
         let capacitors = draft.add(&elements.capacitors, |k, _| Law::Fixed(charged[k]));
         let resistors =
             draft.add(&elements.resistors, |_, r| Law::Weighted { weight: r.value, offset: 0.0 });
-        draft.inject_all(&elements.entering(&self.driven));
-        let (windings, wound) = self.carry_inductors(&mut draft, out);
+        draft.inject(&elements.entering(&self.driven));
+        let windings = self.carry_inductors(&mut draft, out);
         let diodes = self.pairs(Role::Diode);
         let ways: Vec<OneWay> = diodes.iter().map(|d| self.way(d)).collect();
-        let found = draft.with(&ways, &self.potentials)?;
+        let found = draft.solve(&ways, &self.potentials)?;
         let currents = found.flow.current[resistors.clone()].to_vec();
         for ((diode, &current), &closed) in diodes.iter().zip(&found.carried).zip(&found.closed) {
             let Some(pair) = diode.index else { continue };
             (out.l[pair], out.active[pair]) = (current, closed);
         }
-        put(&windings, &found.flow.current[wound], &mut out.z);
+        for (branch, at) in windings {
+            branch.index.iter().for_each(|&row| out.z[row] = found.flow.current[at]);
+        }
         let lists = [
             (&elements.voltages[..], voltages),
             (&switches, closed),
@@ -69,38 +72,29 @@ impl Instant<'_> {
                 potentials[plus] - potentials[minus]
             };
             let rates = group.currents(&group.fluxes_of(across));
-            put(&group.windings, &rates, &mut out.rates);
+            for (winding, rate) in group.windings.iter().zip(rates) {
+                winding.index.iter().for_each(|&row| out.rates[row] = rate);
+            }
         }
-        put(&elements.resistors, &currents, &mut out.z);
+        for (resistor, &current) in elements.resistors.iter().zip(&currents) {
+            resistor.index.iter().for_each(|&row| out.z[row] = current);
+        }
         Some(Values { potentials, currents, diodes, slack, rounding })
     }
 
     /// Lets inductors carry their currents; the branches whose currents their fluxes do not tell, and where they are.
-    pub fn carry_inductors(
-        &self,
-        draft: &mut Network,
-        out: &Consistent,
-    ) -> (Vec<Branch>, Range<usize>) {
+    pub fn carry_inductors(&self, draft: &mut Draft, out: &Consistent) -> Vec<(Branch, usize)> {
         let elements = self.elements();
         let leaking = elements.groups.iter().filter(|group| group.leaks());
         for inductor in elements.inductors.iter().chain(leaking.flat_map(|g| &g.windings)) {
             draft.carry(inductor, inductor.index.map_or(0.0, |row| out.z[row]));
         }
-        self.wind_tight(draft, <[f64]>::to_vec)
-    }
-
-    /// Adds the windings whose currents their fluxes do not tell, with cores of which the fluxes tell these currents.
-    pub fn wind_tight(
-        &self,
-        draft: &mut Network,
-        currents: impl Fn(&[f64]) -> Vec<f64>,
-    ) -> (Vec<Branch>, Range<usize>) {
-        let (first, mut all) = (draft.laws.len(), Vec::new());
+        let mut found = Vec::new();
         for (group, fluxes) in self.tight() {
-            draft.wind(group, &currents(fluxes), false);
-            all.extend_from_slice(&group.windings);
+            let [windings, _] = draft.wind(group, fluxes, false);
+            found.extend(group.windings.iter().copied().zip(windings));
         }
-        (all, first..draft.laws.len())
+        found
     }
 
     /// Potentials of all nodes, with those of parts that only inductors and blocking pairs join to others: the
@@ -131,7 +125,7 @@ impl Instant<'_> {
         if cores > 0 && parts > 1 + cores {
             return None;
         }
-        let mut draft = Network::new(elements.nodes);
+        let mut draft = Draft::new(elements.nodes);
         for (list, at) in lists {
             let voltages = &found.flow.voltage[at];
             draft.add(list, |k, _| Law::Fixed(voltages[k]));
@@ -144,11 +138,11 @@ impl Instant<'_> {
         for group in elements.groups.iter().filter(|g| g.windings.iter().any(|w| moves(&w))) {
             draft.wind(group, &vec![0.0; group.cores()], true);
         }
-        draft.inject_all(&elements.entering(&self.rising));
+        draft.inject(&elements.entering(&self.rising));
         let free: Vec<Branch> = diodes.iter().filter(moves).copied().collect();
         let way = |d: &Branch| OneWay { ends: d.ends, offset: self.offset(d), series: 0.0 };
         let ways: Vec<OneWay> = free.iter().map(way).collect();
-        let rates = draft.with(&ways, &self.potentials)?;
+        let rates = draft.solve(&ways, &self.potentials)?;
         for (diode, &closed) in free.iter().zip(&rates.closed) {
             diode.index.iter().for_each(|&pair| out.active[pair] = closed);
         }

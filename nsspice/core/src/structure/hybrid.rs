@@ -15,7 +15,6 @@
 
 use super::basis::Basis;
 use crate::linear::{ordering, Factor};
-use crate::rounding::of_entries;
 use crate::sparse::Csc;
 use std::sync::Arc;
 
@@ -40,6 +39,11 @@ pub enum Law {
 /// Weight of a loose branch beside the least one.  Roots of weights span less than half the range of numbers, and the
 /// condition of the equations does not depend on it.
 const LIGHT: f64 = 1e-60;
+/// Sweeps of equilibration (D. Ruiz 2001): each takes the root of what is left.
+const SWEEPS: usize = 8;
+/// Rounding of a sum beside its terms: there are as many as branches, of which networks treated here have some
+/// thousand.
+pub const SUMS: f64 = 4096.0 * f64::EPSILON;
 
 impl Law {
     /// For the order of the forest: fixed branches first.
@@ -158,11 +162,6 @@ impl Network {
         }
     }
 
-    /// Rounding of a sum beside its terms, of which there are as many as branches.
-    pub fn rounding(&self) -> f64 {
-        of_entries(self.laws.len())
-    }
-
     /// The weight of loose branches.
     fn light(&self) -> f64 {
         let weights = self.laws.iter().filter_map(|law| match law {
@@ -254,7 +253,7 @@ impl Network {
         let mut cut_off = false;
         for ((cut, size), &edge) in cuts.iter_mut().zip(sizes).zip(&basis.tree) {
             if is_loose(edge) {
-                let nothing = cut.abs() <= self.rounding() * size.abs();
+                let nothing = cut.abs() <= SUMS * size.abs();
                 *cut = if nothing { 0.0 } else { *cut };
                 cut_off |= !nothing;
             }
@@ -333,23 +332,49 @@ impl Hybrid {
     /// Solves the equations with one step of refinement.
     pub fn solve(&self) -> Option<Vec<f64>> {
         let n = self.size();
-        let matrix = Csc::from_triplets(n, n, &self.entries);
+        let scale = if self.is_wound() { self.equilibrate() } else { [vec![1.0; n], vec![1.0; n]] };
+        let scaled = |&(r, c, v): &(usize, usize, f64)| (r, c, scale[0][r] * v * scale[1][c]);
+        let entries: Vec<_> = self.entries.iter().map(scaled).collect();
+        let matrix = Csc::from_triplets(n, n, &entries);
         let mut factor = Factor::new(&matrix, &Arc::new(ordering(&matrix, 0)));
         if self.is_wound() && factor.singular().is_some() {
             // a loop of fixed voltages through a transformer: it carries nothing
             factor.set_hold(1.0);
             factor.factor(&matrix);
         }
-        let (mut x, mut rest, mut work) = (self.right.clone(), self.right.clone(), vec![0.0; n]);
+        let right: Vec<f64> = self.right.iter().zip(&scale[0]).map(|(b, s)| b * s).collect();
+        let (mut x, mut work) = (right.clone(), vec![0.0; n]);
         factor.solve(&mut x, &mut work).ok()?;
+        let mut rest = right;
         matrix.mul_add(-1.0, &x, &mut rest);
         factor.solve(&mut rest, &mut work).ok()?;
-        x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
+        x.iter_mut().zip(&rest).zip(&scale[1]).for_each(|((x, d), s)| *x = (*x + d) * s);
         x.iter().all(|v| v.is_finite()).then_some(x)
     }
 
     fn is_wound(&self) -> bool {
         self.twigs.iter().any(|t| t.led) || self.entries.iter().any(|e| e.0 == e.1 && e.2 == 0.0)
+    }
+
+    /// Powers of two for rows and columns that make the largest entries alike: windings are constraints, and measured
+    /// by the turns of their cores.
+    fn equilibrate(&self) -> [Vec<f64>; 2] {
+        let n = self.size();
+        let mut scale = [vec![1.0; n], vec![1.0; n]];
+        for _ in 0..SWEEPS {
+            let mut largest = [vec![0.0f64; n], vec![0.0f64; n]];
+            for &(r, c, v) in &self.entries {
+                let size = (scale[0][r] * v * scale[1][c]).abs();
+                largest[0][r] = largest[0][r].max(size);
+                largest[1][c] = largest[1][c].max(size);
+            }
+            for (scale, largest) in scale.iter_mut().zip(&largest) {
+                for (scale, &largest) in scale.iter_mut().zip(largest).filter(|e| *e.1 > 0.0) {
+                    *scale *= (-0.5 * largest.log2()).round().exp2();
+                }
+            }
+        }
+        scale
     }
 
     /// Voltages of the forest at a point.
@@ -371,6 +396,12 @@ impl Hybrid {
     pub fn moves(&self, [plus, minus]: [usize; 2]) -> bool {
         let path = self.basis.path(plus, minus);
         path.is_none_or(|path| path.iter().any(|e| self.twig_of[e.0].is_some()))
+    }
+
+    /// The root of the least weight between two nodes: of what it takes to move them against each other.
+    pub fn stiffness(&self, [plus, minus]: [usize; 2]) -> f64 {
+        let path = self.basis.path(plus, minus).unwrap_or_default();
+        path.iter().filter_map(|e| self.twig_of[e.0]).map(|t| t.1).fold(f64::INFINITY, f64::min)
     }
 
     /// Voltages and currents at a point.

@@ -16,5 +16,5 @@ pub use breakpoints::kinks_that_reach_storage;
 pub use coordinates::{Coordinates, Edge};
 pub use coupled::Coupled;
 pub use elements::{Branch, Elements};
-pub use hybrid::{Flow, Hybrid, Law, Network, Turns};
+pub use hybrid::{Flow, Hybrid, Law, Network, Turns, SUMS};
 pub use parts::Parts;
