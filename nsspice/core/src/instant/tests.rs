@@ -94,10 +94,9 @@ impl Build {
         self
     }
 
-    /// The state right after an instant with these unknowns before it.
-    fn after(self, before: &[f64]) -> Option<Consistent> {
+    /// What is known of the network.
+    fn prepared(&self) -> Reinitialiser {
         let (n, m) = (self.kinds.len(), self.offsets.len());
-        assert_eq!(before.len(), n);
         let a = Csc::from_triplets(n, m, &self.a);
         let linear = Linear {
             e: Csc::from_triplets(n, n, &self.e),
@@ -105,19 +104,19 @@ impl Build {
             b: a.transpose(),
             a,
             d: Csc::from_triplets(m, m, &[]),
-            q: self.offsets,
+            q: self.offsets.clone(),
             s: Csc::from_triplets(n, self.u.len(), &self.s),
-            row_kind: self.kinds,
+            row_kind: self.kinds.clone(),
         };
-        let known = Reinitialiser::new(
-            &linear,
-            &self.capacitors,
-            &self.resistors,
-            &crate::structure::Coordinates::of_nodes(linear.g.nrows),
-        )
-        .unwrap();
-        let slopes = vec![0.0; self.u.len()];
-        known.after(Before::State(before), [&self.u, &slopes], &vec![Role::Diode; m], 0.0)
+        let coordinates = crate::structure::Coordinates::of_nodes(n);
+        Reinitialiser::new(&linear, &self.capacitors, &self.resistors, &coordinates).unwrap()
+    }
+
+    /// The state right after an instant with these unknowns before it.
+    fn after(self, before: &[f64]) -> Option<Consistent> {
+        assert_eq!(before.len(), self.kinds.len());
+        let (slopes, roles) = (vec![0.0; self.u.len()], vec![Role::Diode; self.offsets.len()]);
+        self.prepared().after(Before::State(before), [&self.u, &slopes], &roles, 0.0)
     }
 }
 
@@ -189,6 +188,16 @@ fn currents_pass_islands_of_diodes() {
 }
 
 #[test]
+fn ideal_pairs_side_by_side_share_their_current() {
+    // 1 A through two diodes, beside one with 1 Ohm in series
+    let build = Build::new(2).current(0, 1.0).diode(Some(0), None).diode(Some(0), Some(1));
+    let found = build.diode(Some(0), None).resistor(Some(1), None, 1.0).after(&[0.0, 0.0]);
+    let found = found.unwrap();
+    [0.5, 0.0, 0.5].iter().zip(&found.l).for_each(|(e, f)| near(*f, *e));
+    assert!(found.active[0] && found.active[2]);
+}
+
+#[test]
 fn a_current_without_a_way_is_refused() {
     let build = Build::new(2).resistor(Some(1), None, 1.0).current(0, -1.0);
     assert!(build.diode(Some(0), Some(1)).after(&[0.0, 0.0]).is_none());
@@ -201,6 +210,28 @@ fn transformer(turns: f64, k: f64) -> Build {
     let mutual = k * turns;
     build.e.extend([(a, a, 1.0), (b, b, turns * turns), (a, b, mutual), (b, a, mutual)]);
     build
+}
+
+#[test]
+fn a_closed_switch_makes_a_loop_through_windings_without_leakage() {
+    // a capacitor at each winding: the ratio of their voltages is fixed twice
+    assert!(transformer(2.0, 1.0).prepared().loops_through_windings(&[]));
+    assert!(!transformer(2.0, 0.5).prepared().loops_through_windings(&[]));
+    // the second capacitor is behind a switch
+    let looped = |k: f64, closed: bool| {
+        let mut build = Build::new(3).capacitor(Some(0), None, 1.0).capacitor(Some(2), None, 1.0);
+        let [a, b] = [0, 1].map(|node| build.branch([Some(node), None]));
+        build.e.extend([(a, a, 1.0), (b, b, 4.0), (a, b, 2.0 * k), (b, a, 2.0 * k)]);
+        build.diode(Some(1), Some(2)).prepared().loops_through_windings(&[closed])
+    };
+    assert!(looped(1.0, true));
+    assert!(!looped(1.0, false) && !looped(0.5, true));
+    // a resistor in its place takes up the difference
+    let mut build = Build::new(3).capacitor(Some(0), None, 1.0).capacitor(Some(2), None, 1.0);
+    let [a, b] = [0, 1].map(|node| build.branch([Some(node), None]));
+    build.e.extend([(a, a, 1.0), (b, b, 4.0), (a, b, 2.0), (b, a, 2.0)]);
+    let build = build.resistor(Some(1), Some(2), 1.0);
+    assert!(!build.prepared().loops_through_windings(&[]));
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::integrate::sdirk::events::guards::Scales;
 use crate::integrate::theta::matrices::{Ends, OPEN};
 use crate::integrate::theta::step_length::Stage;
 use crate::integrate::theta::stepper::Stepper;
-use crate::mlcp::{Role, Start};
+use crate::mlcp::{Residual, Role, Start};
 use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;
 
@@ -217,10 +217,7 @@ impl StageEquations {
         );
         if keeps {
             let (z, l) = own.split_at(n);
-            let rows = stage
-                .driver
-                .residual(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l)
-                .rows;
+            let rows = residual(stage, s, z, l).rows;
             keeps = rows <= ACCEPT && s.solver.sys.stored_apart(z, x, &from[..n]) > OF_SOLUTION;
         }
         if keeps {
@@ -255,13 +252,7 @@ impl StageEquations {
         );
         if stays {
             let (z, l) = own.split_at(n);
-            let found = stage.driver.residual(
-                &s.solver.scratch.rhs,
-                &s.solver.sys.linear.q,
-                &s.state.roles,
-                z,
-                l,
-            );
+            let found = residual(stage, s, z, l);
             stage.driver.sign_tolerances(&s.state.active, &mut noise);
             s.solver.sys.linear.slacks(z, l, &mut s.solver.scratch.w);
             let guard = |i: usize| if s.state.active[i] { l[i] } else { s.solver.scratch.w[i] };
@@ -330,13 +321,7 @@ impl StageEquations {
             && s.solver.sys.apart(x, &sharp, from) > OF_SOLUTION
         {
             let (z, l) = sharp.split_at(n);
-            let found = stage.driver.residual(
-                &s.solver.scratch.rhs,
-                &s.solver.sys.linear.q,
-                &s.state.roles,
-                z,
-                l,
-            );
+            let found = residual(stage, s, z, l);
             if found.worst() <= ACCEPT {
                 x.copy_from_slice(&sharp);
             }
@@ -448,11 +433,16 @@ impl StageEquations {
         u: &[f64],
         z: &[f64],
         l: &[f64],
-    ) -> crate::mlcp::Residual {
+    ) -> Residual {
         let stage = self.stage_of(s, level);
         stage.matrices.right_hand_side(from, u, u, &mut s.solver.scratch.rhs);
-        stage.driver.residual(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l)
+        residual(stage, s, z, l)
     }
+}
+
+/// By how much unknowns and multipliers miss the equations of a step with the right-hand side at hand.
+fn residual(stage: &mut Stage, s: &Stepper, z: &[f64], l: &[f64]) -> Residual {
+    stage.driver.residual(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l)
 }
 
 /// The largest magnitude.

@@ -14,6 +14,12 @@ pub(in crate::integrate) struct Short {
     pub length: f64,
 }
 
+impl Short {
+    fn ending_at(state: &State, length: f64) -> Short {
+        Short { z: state.z.clone(), l: state.l.clone(), length }
+    }
+}
+
 impl Solver {
     /// Charges and fluxes of a state.
     pub(in crate::integrate) fn stored_at(&mut self, state: &State, z: &[f64]) -> Vec<f64> {
@@ -95,14 +101,14 @@ impl Solver {
         start: Start,
     ) -> Result<(Short, Option<Short>), Box<Failure>> {
         let reached = self.approach(state, charges, before, [2.0 * length, ordinary], start)?;
-        let twice = Short { z: state.z.clone(), l: state.l.clone(), length: reached };
+        let twice = Short::ending_at(state, reached);
         let (epoch, active) = (state.epoch, state.active.clone());
         if reached > 2.0 * length
             || self.short_step(state, charges, before, length, Start::Warm).is_err()
         {
             return Ok((twice, None));
         }
-        let once = Short { z: state.z.clone(), l: state.l.clone(), length };
+        let once = Short::ending_at(state, length);
         let alike = state.epoch == epoch || {
             let ends = [(&twice, &active[..]), (&once, &state.active)];
             ends.iter().all(|(end, on)| self.without_voltage(state, end, on, &active))
