@@ -7,8 +7,8 @@
 //! that make it; and whatever rounding may be, it excuses no more than [`EXCUSED`] of the largest voltage that the
 //! branch itself has had so far.
 
+use super::judge::EXCUSED;
 use super::matrix::Entries;
-use super::points::EXCUSED;
 use super::rounding::Reach;
 use super::TOLERANCE;
 

@@ -4,8 +4,8 @@
 //! for `k' L^-1 e = 0`.  It tells potentials that no current depends on otherwise, and that a step shows as the
 //! rounding of fluxes over its length.
 
+use super::judge::Point;
 use super::matrix::Entries;
-use super::points::Point;
 use super::{ratio, worse, TOLERANCE};
 use crate::dense::{Lu, Matrix};
 use crate::descriptor::{stored_columns, sums_that_store_nothing, Linear};

@@ -2,8 +2,8 @@
 //! Runge-Kutta step.
 
 use super::form::Form;
+use super::judge::Point;
 use super::laws::Auditor;
-use super::points::Point;
 use super::recorded::Taken;
 use super::rounding::{share, RoundingUnit};
 use super::{ratio, worse, TOLERANCE};

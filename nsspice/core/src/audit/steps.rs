@@ -1,7 +1,7 @@
 //! Steps of the implicit scheme `E dz / h + H dz + Hs du + G z + A lambda = S u`, at their ends.
 
+use super::judge::Point;
 use super::laws::Auditor;
-use super::points::Point;
 use super::rounding::RoundingUnit;
 use super::{ITERATED, TOLERANCE};
 

@@ -18,9 +18,9 @@
 //! Coupled inductors are ideal transformers between windings and cores.  Those without leakage take part in 1, 3 and 5
 //! as well: what flows through them, their fluxes do not tell.
 
+mod active_set;
 mod continuous;
-mod draft;
-mod mixed;
+mod network_builder;
 mod rates;
 mod reinitialise;
 mod shared;
@@ -30,6 +30,6 @@ mod successors;
 mod tests;
 mod values;
 
+pub use active_set::{solve, Mixed, OneWay};
 pub use continuous::{At, Continuous};
-pub use mixed::{solve, Mixed, OneWay};
 pub use reinitialise::{Before, Consistent, Reinitialiser};

@@ -1,7 +1,7 @@
 //! Rates of charges, and currents in loops of what has a fixed voltage.
 
-use super::draft::Draft;
-use super::mixed::OneWay;
+use super::active_set::OneWay;
+use super::network_builder::Draft;
 use super::reinitialise::{Consistent, Instant};
 use super::values::Values;
 use crate::mlcp::Role;

@@ -1,6 +1,6 @@
 //! The problems of an instant one after the other, see the module.
 
-use super::mixed::OneWay;
+use super::active_set::OneWay;
 use crate::dense::{Echelon, Matrix};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;

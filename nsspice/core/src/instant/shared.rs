@@ -4,8 +4,8 @@
 //! engines do.  With the multipliers of KCL as potentials, `min sum i^2` over `i >= 0` is a network in which each of
 //! these pairs has one ohm.
 
-use super::draft::Draft;
-use super::mixed::OneWay;
+use super::active_set::OneWay;
+use super::network_builder::Draft;
 use super::reinitialise::{Consistent, Instant};
 use super::values::Values;
 use crate::mlcp::Role;

@@ -1,7 +1,7 @@
 //! What capacitors and inductors store after the instant.
 
-use super::draft::Draft;
-use super::mixed::OneWay;
+use super::active_set::OneWay;
+use super::network_builder::Draft;
 use super::reinitialise::{Before, Consistent, Instant};
 use crate::mlcp::Role;
 use crate::structure::{Basis, Branch, Coupled, Law};

@@ -1,7 +1,7 @@
 //! Currents and voltages that follow from what is stored.
 
-use super::draft::Draft;
-use super::mixed::{Mixed, OneWay};
+use super::active_set::{Mixed, OneWay};
+use super::network_builder::Draft;
 use super::reinitialise::{Consistent, Instant};
 use crate::mlcp::Role;
 use crate::structure::{Basis, Branch, Coupled, Law};

@@ -1,19 +1,19 @@
 //! Integration in time, step by step.
 //!
-//! [`theta`] holds the implicit step (Moreau's time stepping) and what happens at instants at which something
+//! [`implicit`] holds the implicit step (Moreau's time stepping) and what happens at instants at which something
 //! jumps or switches react; [`sdirk`] adds stages of higher order, error control and located events.
 
+mod implicit;
 mod sdirk;
-mod theta;
 
+pub use implicit::events::source_controlled::by_sources;
+pub use implicit::failure::Failure;
+pub use implicit::instants::jumps::Jump;
+pub use implicit::instants::values::to_zero;
+pub use implicit::outputs::{Outputs, Part};
+pub use implicit::samples::{Records, Samples};
+pub use implicit::statistics::Statistics;
+pub use implicit::step_length::System;
+pub use implicit::stepper::{Plan, Progress, Stepper};
+pub use implicit::time_grid::{Clock, Target};
 pub use sdirk::{Accuracy, Sdirk, Tableau};
-pub use theta::events::source_controlled::by_sources;
-pub use theta::failure::Failure;
-pub use theta::instants::jumps::Jump;
-pub use theta::instants::values::to_zero;
-pub use theta::outputs::{Outputs, Part};
-pub use theta::samples::{Records, Samples};
-pub use theta::statistics::Statistics;
-pub use theta::step_length::System;
-pub use theta::stepper::{Plan, Progress, Stepper};
-pub use theta::time_grid::{Clock, Target};

@@ -1,7 +1,7 @@
 //! Guards as rows over the columns of a mode: multipliers, slacks, distances from thresholds.
 
+use super::error_carrying::Tracked;
 use super::network::Network;
-use super::tracked::Tracked;
 use crate::dense::Matrix;
 use crate::switch::Switch;
 

@@ -1,8 +1,8 @@
 //! The choice among values that the laws leave undetermined: those of least norm.
 
+use super::error_carrying::Tracked;
 use super::guard_rows::impulse_rows;
 use super::network::Network;
-use super::tracked::Tracked;
 use crate::dense::{Lu, Matrix};
 use crate::rounding::OF_SOLUTION;
 

@@ -17,6 +17,7 @@ mod block_outputs;
 pub mod bundle;
 mod cluster;
 mod energy_balance;
+pub mod error_carrying;
 mod exponential;
 mod gramian;
 mod guard_rows;
@@ -55,7 +56,6 @@ mod stride;
 mod structured;
 pub mod successor;
 pub mod terms;
-pub mod tracked;
 pub mod trajectory;
 pub mod verify;
 

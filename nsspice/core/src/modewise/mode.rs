@@ -9,13 +9,13 @@
 
 use super::align::fastest_first;
 use super::block::row_norm;
+use super::error_carrying::Tracked;
 use super::guard_rows::{control_rows, guard_rows, impulse_rows};
 use super::least_norm::Share;
 use super::network::Network;
 use super::orthogonal::graded_qr;
 use super::spectrum::{Pole, Spectrum};
 use super::staircase::{Algebra, Staircase};
-use super::tracked::Tracked;
 use crate::dense::{add_scaled, dot, larger, norm, Lu, Matrix};
 use crate::mlcp::Role;
 use crate::rounding::OF_SOLUTION;

@@ -7,11 +7,11 @@
 //! `w' w / rho`, a symmetric matrix of rank one, and the eigenvectors follow by [`RankOne`]; slow rates
 //! keep their digits beside fast ones, which a decomposition of the whole matrix cannot offer.
 
+use super::error_carrying::{negligible, Tracked};
 use super::mode::{GuardSize, Guards, Mode, Rows, Watch};
 use super::network::Network;
 use super::spectrum::Pole;
 use super::staircase::Algebra;
-use super::tracked::{negligible, Tracked};
 use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 
 /// Updates in a row, beyond twice the number of pairs, before a mode is made afresh: the vectors lose

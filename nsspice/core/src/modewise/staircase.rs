@@ -5,9 +5,9 @@
 //! (loops of capacitors and sources, cut-sets of inductors) and the *open* ones (floating islands,
 //! ideal diodes in parallel).  In passive networks all of this is a property of the graph.
 
+use super::error_carrying::Tracked;
 use super::mode::HIGH_INDEX;
 use super::network::Network;
-use super::tracked::Tracked;
 use crate::dense::{add_scaled, equilibrate, norm, Echelon, Lu, Matrix};
 use crate::rounding::of_elimination;
 

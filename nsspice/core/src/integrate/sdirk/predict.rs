@@ -3,7 +3,7 @@
 use super::combine::add_rates;
 use super::tableau::{Node, Tableau, MOST};
 use crate::dense::add_scaled;
-use crate::integrate::theta::smooth::FARTHEST;
+use crate::integrate::implicit::smooth::FARTHEST;
 
 /// Where Newton's method begins.
 pub struct Beginning {

@@ -8,7 +8,7 @@ use super::events::across_kinks::Patience;
 use super::events::fallback::Fallback;
 use super::samples::Samples;
 use super::{Accuracy, Tableau};
-use crate::integrate::theta::failure::Failure;
+use crate::integrate::implicit::failure::Failure;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 

@@ -2,9 +2,9 @@
 
 use super::controller::energies::{Energies, Point};
 use super::controller::errors::back;
-use super::controller::levels::LEVELS;
 use super::controller::node_errors::Nodes;
 use super::controller::stage_equations::StageEquations;
+use super::controller::step_matrices::LEVELS;
 use super::counters::Counters;
 use super::dense_output::interpolation::Between;
 use super::dense_output::limits::PointRows;
@@ -20,10 +20,10 @@ use super::visited::Visited;
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
 use crate::instant::Continuous;
-use crate::integrate::theta::events::impacts::REST;
-use crate::integrate::theta::failure::Failure;
-use crate::integrate::theta::stepper::{Progress, Stepper};
-use crate::integrate::theta::time_grid::{evaluate, known, next_breakpoint};
+use crate::integrate::implicit::events::impacts::REST;
+use crate::integrate::implicit::failure::Failure;
+use crate::integrate::implicit::stepper::{Progress, Stepper};
+use crate::integrate::implicit::time_grid::{evaluate, known, next_breakpoint};
 use crate::rounding::OF_SOLUTION;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;

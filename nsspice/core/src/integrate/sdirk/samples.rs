@@ -4,7 +4,7 @@ use super::controller::stage_equations::StageEquations;
 use super::step::Trial;
 use super::tableau::{Tableau, MOST};
 use crate::audit::{Points, Taken};
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::waveform::INSTANT;
 
 /// Price of a step in steps, so that records cost a twentieth of a run, and how many can be had at

@@ -5,8 +5,8 @@ use super::controller::estimate::Estimate;
 use super::controller::stage_equations::{Fit, StageEquations, StageProblem};
 use super::predict::Beginning;
 use super::tableau::{Tableau, MOST};
-use crate::integrate::theta::outputs::Quantities;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::outputs::Quantities;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::waveform::{Side, Waveform, INSTANT};
 
 /// After so many steps without a solution from one point other ways to one are tried: behind a fold of the

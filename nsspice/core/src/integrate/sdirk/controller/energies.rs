@@ -9,8 +9,8 @@
 //! Signals are no energies: unknowns that switches, controlled sources or functions read where they do not flow are
 //! left to the usual measure.
 
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::tableau::Tableau;
-use crate::integrate::theta::stepper::Stepper;
 use crate::newton::StoredFunction;
 use crate::rounding::of_entries;
 use crate::sparse::Csc;

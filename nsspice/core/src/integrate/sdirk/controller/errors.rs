@@ -2,11 +2,11 @@
 
 use super::energies::Point;
 use super::estimate::Estimate;
-use super::levels::SMALL;
+use super::step_matrices::SMALL;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::events::across_kinks::{CLOSE, NOTICED};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::step::Trial;
-use crate::integrate::theta::stepper::Stepper;
 use crate::rounding::OF_EQUATION;
 
 /// So many times what Newton's method leaves open, less than a thousandth of the tolerance, is no motion.

@@ -1,9 +1,9 @@
 //! The estimated error of a step, and what it is known from.
 
 use super::stage_equations::StageEquations;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::combine::add_rates;
 use crate::integrate::sdirk::tableau::{Tableau, FIRST};
-use crate::integrate::theta::stepper::Stepper;
 
 /// A smoothed error below this part of the plain one belongs to a constrained unknown.
 const CONSTRAINED: f64 = 1e-6;

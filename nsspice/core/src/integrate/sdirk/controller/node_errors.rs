@@ -1,8 +1,8 @@
 //! Errors at nodes where voltages along a tree are the unknowns: such a voltage is measured by the potentials between
 //! which it lies, so that that of a diode which conducts is not followed to its own digits.
 
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::events::guards::Scales;
-use crate::integrate::theta::stepper::Stepper;
 use crate::sparse::Csc;
 use crate::structure::Coordinates;
 

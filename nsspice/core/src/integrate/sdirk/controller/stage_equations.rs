@@ -1,12 +1,12 @@
 //! The stage equations of a fixed mode at each step length.
 
-use super::levels::{Levels, LEVELS};
-use super::resistances::Resistances;
+use super::guard_encoding::Resistances;
+use super::step_matrices::{Levels, LEVELS};
 use super::winding_ratios::Ratios;
+use crate::integrate::implicit::matrices::{Ends, OPEN};
+use crate::integrate::implicit::step_length::Stage;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::events::guards::Scales;
-use crate::integrate::theta::matrices::{Ends, OPEN};
-use crate::integrate::theta::step_length::Stage;
-use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::{Residual, Role, Start};
 use crate::rounding::OF_SOLUTION;
 use crate::tolerances::ACCEPT;

@@ -6,7 +6,7 @@
 //! tells.
 
 use crate::descriptor::Linear;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::perfect_coupling::{laws_without_storage, Multiples};
 use crate::sparse::Csc;
 use crate::tolerances::ACCEPT;

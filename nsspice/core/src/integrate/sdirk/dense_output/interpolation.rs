@@ -8,8 +8,8 @@
 use super::polynomial::{basis, Basis, Curve, POWERS as POINTS};
 use super::rows::Inside;
 use super::source_outputs::Driven;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::step::Trial;
-use crate::integrate::theta::stepper::Stepper;
 use crate::tolerances::CLEARLY;
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! Rows at the ends of steps: on both sides of what jumps there.
 
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::limits::{Home, Sides};
 
 /// Rows at the ends of steps.

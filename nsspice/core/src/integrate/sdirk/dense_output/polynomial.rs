@@ -1,8 +1,8 @@
 //! The outputs inside a step as polynomials: a row is one scheme of Horner's for each of them.
 
+use crate::integrate::implicit::outputs::Sum;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::{Tableau, DEGREE};
-use crate::integrate::theta::outputs::Sum;
 
 /// Coefficients of a polynomial: the largest degree is five.
 pub const POWERS: usize = 6;

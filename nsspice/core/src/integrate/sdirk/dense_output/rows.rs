@@ -1,11 +1,11 @@
 //! When rows are written, and where those inside a step come from.
 
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::integrate::sdirk::samples::no_length;
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::Tableau;
-use crate::integrate::theta::stepper::Stepper;
 use crate::tolerances::CLEARLY;
 
 /// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.

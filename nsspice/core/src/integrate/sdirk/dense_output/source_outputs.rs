@@ -1,7 +1,7 @@
 //! Outputs that the sources determine by voltage laws alone: they are no polynomials, and need none.
 
-use crate::integrate::theta::outputs::Sum;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::outputs::Sum;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::source_determined::given_by_sources;
 
 /// The outputs that are sums of sources, or have such a part, each with its number.

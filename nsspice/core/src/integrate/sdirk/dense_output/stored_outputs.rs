@@ -4,9 +4,9 @@
 use super::polynomial::Curve;
 use super::rows::Inside;
 use super::source_outputs::Driven;
+use crate::integrate::implicit::outputs::Sum;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::step::Trial;
-use crate::integrate::theta::outputs::Sum;
-use crate::integrate::theta::stepper::Stepper;
 use crate::tolerances::CLEARLY;
 use crate::union_find::UnionFind;
 

@@ -6,10 +6,10 @@
 //! allowed, an instant of the change has no meaning within the tolerance.  Where rates jump, or where
 //! the kink counts, the estimate says so, and the end of the mode is located.
 
+use crate::integrate::implicit::recorder::MAX_EVENTS;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::controller::stage_equations::Fit;
 use crate::integrate::sdirk::run::Sdirk;
-use crate::integrate::theta::recorder::MAX_EVENTS;
-use crate::integrate::theta::stepper::Stepper;
 
 /// A step over the end of a mode may have this part of the error of another: for a kink the estimate
 /// is of the size of the error, but may miss a part of it, and errors over many kinks add up.

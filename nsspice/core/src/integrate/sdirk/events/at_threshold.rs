@@ -3,8 +3,8 @@
 use super::across_kinks::CLOSE;
 use super::guards::VIOLATED;
 use super::locate::Locator;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::run::Sdirk;
-use crate::integrate::theta::stepper::Stepper;
 use crate::rounding::OF_EQUATION;
 
 /// Halvings of the bracket around the instant at which a control comes to its threshold.

@@ -1,7 +1,7 @@
 //! What tells that a mode has ended: signs of the pairs, thresholds of the switches.  Currents are measured by those of
 //! their part of the network ([`Parts`]).
 
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::rounding::OF_EQUATION;
 use crate::structure::Parts;
 

@@ -1,10 +1,10 @@
 //! The first instant of a step at which a guard becomes negative.
 
 use super::guards::{Scales, VIOLATED};
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::{Tableau, MOST as STAGES};
-use crate::integrate::theta::stepper::Stepper;
 use crate::waveform::INSTANT;
 
 /// Evaluations spent on one root.

@@ -2,10 +2,10 @@
 
 use super::fallback::FALLBACK_LEVEL;
 use super::guards::VIOLATED;
+use crate::integrate::implicit::failure::Failure;
+use crate::integrate::implicit::stepper::Stepper;
+use crate::integrate::implicit::time_grid::evaluate;
 use crate::integrate::sdirk::run::Sdirk;
-use crate::integrate::theta::failure::Failure;
-use crate::integrate::theta::stepper::Stepper;
-use crate::integrate::theta::time_grid::evaluate;
 use crate::mlcp::Start;
 use crate::tolerances::ACCEPT;
 use crate::waveform::Side;

@@ -2,10 +2,10 @@
 
 use super::jumps::{Jump, JUMP, MAX_JUMPS};
 use crate::instant::{At, Before, Reinitialiser};
-use crate::integrate::theta::step_length::mode_key;
-use crate::integrate::theta::stepper::Stepper;
-use crate::integrate::theta::time_grid::slopes;
-use crate::integrate::theta::time_grid::slopes_at;
+use crate::integrate::implicit::step_length::mode_key;
+use crate::integrate::implicit::stepper::Stepper;
+use crate::integrate::implicit::time_grid::slopes;
+use crate::integrate::implicit::time_grid::slopes_at;
 use crate::mlcp::Role;
 use crate::structure::Coordinates;
 

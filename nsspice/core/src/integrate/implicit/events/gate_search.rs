@@ -4,8 +4,8 @@
 //! the switch may be in the other state: with it there may be a solution that agrees with it.
 
 use super::gates::Gates;
-use crate::integrate::theta::failure::{Failure, Outcome};
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::failure::{Failure, Outcome};
+use crate::integrate::implicit::stepper::Stepper;
 
 /// Most switches whose states are all tried: 255 problems.
 const MOST: usize = 8;

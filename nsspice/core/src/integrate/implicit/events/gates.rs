@@ -1,11 +1,11 @@
 //! The gates of switches: which turn where the unknowns are now.
 
 use super::switching::Switching;
-use crate::integrate::theta::records::Facts;
-use crate::integrate::theta::solver::Solver;
-use crate::integrate::theta::state::State;
-use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
-use crate::integrate::theta::time_grid::{evaluate, first_breakpoint};
+use crate::integrate::implicit::records::Facts;
+use crate::integrate::implicit::solver::Solver;
+use crate::integrate::implicit::state::State;
+use crate::integrate::implicit::stepper::{Stepper, MAX_REACTIONS};
+use crate::integrate::implicit::time_grid::{evaluate, first_breakpoint};
 use crate::mlcp::{Role, Start};
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::switch::Slack;

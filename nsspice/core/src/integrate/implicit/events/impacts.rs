@@ -7,11 +7,11 @@
 //! and the next one.  So a step in which such a pair changes is cut where it does: the reinitialising step
 //! follows there, and if anything jumps, the rest of the step goes on from where it led.
 
-use crate::integrate::theta::instants::jumps::{StateJump, IMPACT};
-use crate::integrate::theta::instants::state_jumps::StateJumps;
-use crate::integrate::theta::step_length::{Stage, System};
-use crate::integrate::theta::stepper::Stepper;
-use crate::integrate::theta::time_grid::{evaluate, Target};
+use crate::integrate::implicit::instants::jumps::{StateJump, IMPACT};
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::step_length::{Stage, System};
+use crate::integrate::implicit::stepper::Stepper;
+use crate::integrate::implicit::time_grid::{evaluate, Target};
 use crate::mlcp::{Role, Start};
 use crate::waveform::Side;
 

@@ -1,6 +1,6 @@
 //! A network under construction.
 
-use super::mixed::{solve, Mixed, OneWay};
+use super::active_set::{solve, Mixed, OneWay};
 use crate::structure::{Branch, Coupled, Law, Network, Turns};
 use std::ops::Range;
 

@@ -11,7 +11,7 @@
 
 use super::storage::Storage;
 use crate::descriptor::Linear;
-use crate::integrate::theta::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
 use crate::mlcp::{Driver, Problem, Start};
 use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;

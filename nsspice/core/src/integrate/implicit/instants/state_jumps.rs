@@ -1,9 +1,9 @@
 //! What finding a state jump may see of a run: neither the switches nor the records.
 
-use crate::integrate::theta::records::{Facts, Instants};
-use crate::integrate::theta::solver::Solver;
-use crate::integrate::theta::state::State;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::records::{Facts, Instants};
+use crate::integrate::implicit::solver::Solver;
+use crate::integrate::implicit::state::State;
+use crate::integrate::implicit::stepper::Stepper;
 use crate::waveform::Waveform;
 
 /// Finds state jumps, and the values and rates right after them.

@@ -1,9 +1,9 @@
 //! Steps so short that nothing but a jump happens in them, and what is stored at their ends.
 
 use super::jumps::{DESCENT, LOOSE};
-use crate::integrate::theta::failure::{Failure, Outcome};
-use crate::integrate::theta::solver::Solver;
-use crate::integrate::theta::state::State;
+use crate::integrate::implicit::failure::{Failure, Outcome};
+use crate::integrate::implicit::solver::Solver;
+use crate::integrate::implicit::state::State;
 use crate::mlcp::Start;
 
 /// Solution of a short step.

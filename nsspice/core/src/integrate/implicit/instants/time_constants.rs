@@ -1,6 +1,6 @@
 //! What reinitialising steps have to be short beside: the fastest times of a circuit.
 
-use crate::integrate::theta::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
 use crate::sparse::Csc;
 
 /// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.

@@ -3,10 +3,10 @@
 use super::jump_test::values_after;
 use super::short_steps::Short;
 use super::values::{Rest, Settled, CLOSE, HELD};
-use crate::integrate::theta::failure::{Failure, Outcome};
-use crate::integrate::theta::instants::state_jumps::StateJumps;
-use crate::integrate::theta::step_length::System;
-use crate::integrate::theta::stepper::{Stepper, MAX_REACTIONS};
+use crate::integrate::implicit::failure::{Failure, Outcome};
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::step_length::System;
+use crate::integrate::implicit::stepper::{Stepper, MAX_REACTIONS};
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
 

@@ -16,10 +16,10 @@
 //! Charges that no step ends with break such a law: an impulse is left.
 
 use super::jumps::{DESCENT, JUMP, LOOSE};
-use crate::integrate::theta::failure::{Failure, Outcome};
-use crate::integrate::theta::instants::state_jumps::StateJumps;
-use crate::integrate::theta::solver::Solver;
-use crate::integrate::theta::time_grid::slopes_at;
+use crate::integrate::implicit::failure::{Failure, Outcome};
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::solver::Solver;
+use crate::integrate::implicit::time_grid::slopes_at;
 use crate::mlcp::Start;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::tolerances::{CLEARLY, PROGRESS};

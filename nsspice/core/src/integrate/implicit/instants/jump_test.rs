@@ -6,7 +6,7 @@
 
 use super::jumps::{StateJump, JUMP};
 use super::values::{Rest, Settled};
-use crate::integrate::theta::instants::state_jumps::StateJumps;
+use crate::integrate::implicit::instants::state_jumps::StateJumps;
 use crate::mlcp::Start;
 use crate::rounding::OF_SOLUTION;
 use crate::tolerances::{CLEARLY, NO_JUMP};

@@ -1,7 +1,7 @@
 //! Matrices of the step lengths in use.
 
-use crate::integrate::theta::step_length::Stage;
-use crate::integrate::theta::stepper::Stepper;
+use crate::integrate::implicit::step_length::Stage;
+use crate::integrate::implicit::stepper::Stepper;
 
 /// Levels of step lengths: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;

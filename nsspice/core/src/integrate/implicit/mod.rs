@@ -15,13 +15,13 @@
 //! visits the instants of its plan.
 
 pub(super) mod affine_map;
+pub(super) mod cached_step;
 pub(super) mod events;
 pub(super) mod failure;
 pub(super) mod initial;
 pub(super) mod instants;
 pub(super) mod matrices;
 pub(super) mod outputs;
-pub(super) mod quick;
 pub(super) mod recorder;
 pub(super) mod records;
 pub(super) mod refine;

@@ -1,7 +1,7 @@
 //! Multipliers and slacks of pairs as one number each.
 
+use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::events::guards::Scales;
-use crate::integrate::theta::stepper::Stepper;
 use crate::mlcp::Role;
 
 /// Voltages by currents [Ohm], to compare multipliers with slacks.
