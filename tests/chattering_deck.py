@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from nsspice.analyses.certificate import Certificate
+from nsspice.analyses.certificate.certificate import Certificate
 
 
 def late_but_sound(certificate: Certificate | None) -> bool:

@@ -19,7 +19,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 @pytest.fixture
 def runs_return(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs return whatever their certificate says: a test judges points or certificate itself."""
-    from nsspice.analyses import batch, statics, steady_state, transient
+    from nsspice.analyses.static import statics
+    from nsspice.analyses.steady import steady_state
+    from nsspice.analyses.studies import batch
+    from nsspice.analyses.transient import transient
 
     for module in (batch, statics, steady_state, transient):
         monkeypatch.setattr(module, "judge", lambda solutions, on_failure: None)

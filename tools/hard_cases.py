@@ -23,7 +23,7 @@ import numpy as np
 
 import nsspice
 from nsspice.analyses import read
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.compare.checks import ValueCheck
 from nsspice.compare.expectation import read_expectation
 from nsspice.compare.ngspice import run as run_ngspice

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import nsspice
 from nsspice.analyses import Request
-from nsspice.analyses.load import read_deck
-from nsspice.analyses.names import unit
+from nsspice.analyses.request.load import read_deck
+from nsspice.analyses.signals.signal_names import unit
 from nsspice.circuit import Circuit, ProblemClass, build
 from nsspice.compare.expectation import read_expectation
 from nsspice.compare.ngspice import (
@@ -26,7 +26,7 @@ from nsspice.compare.ngspice import (
     cross_check,
     run,
 )
-from nsspice.devices.diode import SET_VALUED
+from nsspice.devices.diodes.diode import SET_VALUED
 from nsspice.errors import NsspiceError
 from nsspice.netlist.deck import Model, Param, TranCard
 from nsspice.output.si import number

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from .batch import Job, Request, jobs_of, run, run_job
-from .cards import Dc, Op, Tran
-from .certificate import Certificate
-from .events import Event
-from .load import read, read_deck
-from .loop_gain import loop
-from .measure import evaluate_measures
-from .sensitivity import sens
-from .settings import METHODS, Settings
-from .small_signal import ac
-from .solution import Impulse, IslandRun, Solution
-from .statics import dc, op
-from .steady_state import pss
-from .transient import tran
+from .certificate.certificate import Certificate
+from .request.cards import Dc, Op, Tran
+from .request.load import read, read_deck
+from .request.settings import METHODS, Settings
+from .signals.events import Event
+from .solution.solution import Impulse, IslandRun, Solution
+from .static.statics import dc, op
+from .steady.loop_gain import loop
+from .steady.sensitivity import sens
+from .steady.small_signal import ac
+from .steady.steady_state import pss
+from .studies.batch import Job, Request, jobs_of, run, run_job
+from .transient.measure import evaluate_measures
+from .transient.transient import tran
 
 __all__ = [
     "METHODS",

@@ -12,11 +12,11 @@ from copy import copy
 from dataclasses import dataclass
 
 from ..devices import Coupling, CurrentControlled, CurrentSwitch, Device
-from ..devices.block_input import BlockInput, Sensed
+from ..devices.expressions.block_input import BlockInput, Sensed
 from ..problems.descriptor import Handed
 from .build import nodes_of
 from .circuit import Circuit, Island
-from .laws import written
+from .kink_form import written
 from .problem_class import ProblemClass, classify
 from .signals import owner
 from .union_find import UnionFind

@@ -11,9 +11,9 @@ from ..netlist.findings import Findings
 from . import islands as _islands
 from .circuit import Circuit, Island
 from .gate_drives import gate_drives
-from .laws import written
+from .kink_form import written
+from .name_resolution import resolve
 from .problem_class import classify
-from .references import resolve
 from .topology import check_topology
 
 

@@ -12,7 +12,7 @@ from ..devices import Conditions, Device
 from ..devices.stamper import AnalysisKind
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
-from ..netlist.functions import ABSOLUTE_ZERO
+from ..netlist.expressions.functions import ABSOLUTE_ZERO
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
 from .signals import owner, parse_signal, unknown_signal

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ..devices import CurrentSource, Device
 from ..errors import Diagnostic
 from .loops import Graph
-from .sums import WaveSum
+from .source_sums import WaveSum
 from .union_find import UnionFind
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import Diagnostic, RegularityError
 from ..problems.csc import Floats
 from .mna import MnaSystem
-from .reference import Reference, network_inputs, reference, storage_terms
+from .normal_form import Reference, network_inputs, reference, storage_terms
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import numpy as np
 from ..errors import Diagnostic, RegularityError
 from ..problems.csc import Csc, Floats, Ints
 from .mna import MnaSystem
-from .reference import Reference, Solve, reference
+from .normal_form import Reference, Solve, reference
 
 #: columns solved at a time, and the most entries that the rates may have
 CHUNK = 64

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..devices import Conditions, CurrentSource, Device, VoltageSource
-from ..devices.waveform import initial_value
+from ..devices.sources.waveform import initial_value
 from ..errors import Diagnostic, TopologyError, suggest
 from ..netlist.deck import DcCard, Deck, OpCard, TranCard
 from ..netlist.findings import Findings

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..analyses.interrupts import end_like_ctrl_c
+from ..analyses.request.interrupts import end_like_ctrl_c
 from ..errors import NsspiceError, suggest
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 

@@ -221,7 +221,7 @@ def _maps(items: Sequence[str]) -> dict[str, str]:
 def _print(
     rows: Sequence[Any], reference: str, tolerance: float, absolute: bool, norm: str
 ) -> None:
-    from ..analyses.names import unit
+    from ..analyses.signals.signal_names import unit
     from ..output.si import number
 
     width = max(len("signal"), *(len(r.signal) for r in rows))

@@ -45,7 +45,7 @@ def command(
     saved signals count.  Every combination that is recommended has been run.  The recommended deck
     is written as X.cheap.net, with what was left out as comments.
     """
-    from ..output.aside import whole
+    from ..output.atomic_write import whole
     from ..output.files import check_target
     from ..screening import effects
 

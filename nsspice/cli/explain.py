@@ -26,7 +26,7 @@ def command(
     First for engineers: the method for each independent part, the elements that force it, what
     could be written differently, the active effects; then class, size and regularity.
     """
-    from ..analyses.told import explained
+    from ..analyses.studies.explanation import explained
 
     explanation = explained(circuit_of(netlist, read_params(params)), matrices, everything)
     if as_json:

@@ -70,7 +70,7 @@ def spice_number(text: str) -> tuple[float | None, str]:
     >>> spice_number("2k2")
     (None, 'is read as 2000: digits after the suffix are ignored; write 2.2k')
     """
-    from ..netlist.numbers import read_number
+    from ..netlist.text.numbers import read_number
 
     number = read_number(text)
     if number is None or not math.isfinite(number.value):

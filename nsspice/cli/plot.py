@@ -41,7 +41,7 @@ def command(
     The first column of each file is its axis; files may have different points.  Without --signals
     the first signals that all files share are drawn.
     """
-    from ..analyses.names import canonical
+    from ..analyses.signals.signal_names import canonical
     from ..compare.reference import read_table
     from ..output.files import check_target
     from ..output.overlay import Series, overlay

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from ..errors import Diagnostic, NsspiceError
-from ..output.visible import visible
+from ..output.safe_text import visible
 
 
 def say(text: str = "") -> None:

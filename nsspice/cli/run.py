@@ -139,7 +139,7 @@ def command(
     netlist, report = _sort_out(netlist, report, _PAGES)
     if netlist is None:
         raise click.UsageError("name a netlist: nsspice run FILE")
-    from ..analyses.batch import Request
+    from ..analyses.studies.batch import Request
 
     request = Request(
         method,
@@ -215,7 +215,7 @@ class _Run:
         quiet: bool,
         force: bool,
     ) -> None:
-        from ..analyses.batch import jobs_of
+        from ..analyses.studies.batch import jobs_of
         from ..output.exports import WHOLE
 
         self.circuit, self.force = circuit, force
@@ -266,7 +266,7 @@ class _Run:
 
     def _draw(self, k: int, solution: Any) -> Path | None:
         """Draw a run; those of a ``.step`` are one picture, when the last of them is done."""
-        from ..analyses.recorder import select
+        from ..analyses.request.recorder import select
         from ..output.overlay import plot
 
         path = self.plots[k]
@@ -312,7 +312,7 @@ class _Run:
 
     def _check_files(self) -> None:
         """Refuse what cannot be written before anything is computed."""
-        from ..analyses.cards import Tran
+        from ..analyses.request.cards import Tran
         from ..netlist.deck import TranCard
         from ..output.exports import check_export
         from ..output.files import check_room, check_table_format, check_target
@@ -342,7 +342,7 @@ class _Run:
 
     def estimate(self, tol: float | None, refine: bool) -> None:
         """Ask for a tolerance of the output, or for an estimate of its error."""
-        from ..analyses.batch import check_tolerance
+        from ..analyses.studies.batch import check_tolerance
 
         check_tolerance(tol, refine)
         self.tol, self.refine = tol, refine
@@ -365,7 +365,7 @@ class _Run:
 
     def _job(self, k: int, bar: ProgressBar) -> Any:
         """Run one job, write its files, print its summary."""
-        from ..analyses.batch import run_job
+        from ..analyses.studies.batch import run_job
 
         def progress(done: float) -> None:
             bar((k + done) / len(self.jobs))
@@ -375,7 +375,7 @@ class _Run:
         if self.whole:
             request = replace(request, keep=True)
         if self.plots[k] is not None or self.report is not None:
-            from ..analyses.recorder import select
+            from ..analyses.request.recorder import select
 
             # pictures are drawn on the points of the engine
             request = replace(request, follow=select(self.circuit, request.signals))
@@ -396,7 +396,7 @@ class _Run:
 
     def _estimated(self, *args: Any, **options: Any) -> Any:
         """Run a job and estimate its error."""
-        from ..analyses.estimate import run_estimated
+        from ..analyses.studies.refinement import run_estimated
 
         return run_estimated(*args, tol=self.tol, **options)
 
@@ -461,7 +461,7 @@ class _Run:
 
     def _verdict(self) -> int:
         """Refuse a run whose rows do not satisfy the laws of the circuit."""
-        from ..analyses.refusal import judge
+        from ..analyses.solution.refusal import judge
 
         judge(self.solutions, "raise")
         return 0

@@ -25,7 +25,7 @@ def path_of(netlist: str) -> Path:
 
 def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circuit:
     """Return the circuit of a command's argument; ``--confined``: nothing from outside."""
-    from ..analyses.load import read, read_deck
+    from ..analyses.request.load import read, read_deck
     from ..circuit import build
 
     context = click.get_current_context(silent=True)

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ..analyses.curve import Curve
-from ..analyses.measure import NotFound, bounds, statistic, value_at
-from ..analyses.names import canonical
-from ..analyses.solution import Solution
+from ..analyses.signals.curve import Curve
+from ..analyses.signals.signal_names import canonical
+from ..analyses.solution.solution import Solution
+from ..analyses.transient.measure import NotFound, bounds, statistic, value_at
 from ..errors import NsspiceError, suggest
-from ..netlist.expression import Expression
+from ..netlist.expressions.expression import Expression
 from .norms import distance
 from .reference import read_table
 

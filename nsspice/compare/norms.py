@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..analyses.curve import Curve, Floats
+from ..analyses.signals.curve import Curve, Floats
 
 
 @dataclass(frozen=True, slots=True)

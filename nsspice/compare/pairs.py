@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..analyses.curve import Curve
-from ..analyses.names import canonical
-from ..analyses.recorder import select
-from ..analyses.solution import Solution
+from ..analyses.request.recorder import select
+from ..analyses.signals.curve import Curve
+from ..analyses.signals.signal_names import canonical
+from ..analyses.solution.solution import Solution
 from ..circuit import Circuit
 from ..errors import Diagnostic, NetlistError, UsageError
 from .norms import Distance, distance

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..analyses.curve import Curve, Floats
+from ..analyses.signals.curve import Curve, Floats
 from ..errors import Diagnostic, OutputError, UsageError, suggest
 
 

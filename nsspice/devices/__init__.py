@@ -10,84 +10,84 @@ from typing import TYPE_CHECKING
 from ..lazy import lazily
 
 if TYPE_CHECKING:
-    from .behavioural import Behavioural, BehaviouralResistor, Reading
-    from .bipolar import Bipolar
-    from .capacitor import Capacitor
     from .carrier import Carrier, Terminal
-    from .characteristic import Characteristic, Decomposition, PairLaw, diode_curve
-    from .controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
-    from .coupling import Coupling
     from .device import Context, Device, Edge
-    from .diode import Diode, DiodeLaw
-    from .ebers_moll import EbersMoll
+    from .diodes.characteristic import Characteristic, Decomposition, PairLaw, diode_curve
+    from .diodes.diode import Diode, DiodeLaw
+    from .diodes.junction import JunctionLaw
+    from .diodes.junction_diode import JunctionDiode
     from .effect import Effect
-    from .igbt import Igbt
-    from .inductor import Inductor
-    from .isource import CurrentSource
-    from .jfet import Jfet
-    from .junction import JunctionLaw
-    from .junction_diode import JunctionDiode
-    from .latching_thyristor import LatchingThyristor
-    from .level1 import Level1
-    from .mosfet import Mosfet
-    from .mosfet_switch import MosfetSwitch
+    from .expressions.behavioural import Behavioural, BehaviouralResistor, Reading
+    from .mosfets.level1 import Level1
+    from .mosfets.mosfet import Mosfet
+    from .mosfets.mosfet_switch import MosfetSwitch
+    from .mosfets.vdmos import Vdmos
     from .parameter import Parameter, Table
-    from .resistor import Resistor
+    from .passive.capacitor import Capacitor
+    from .passive.coupling import Coupling
+    from .passive.inductor import Inductor
+    from .passive.resistor import Resistor
+    from .sources.controlled import Cccs, Ccvs, CurrentControlled, Vccs, Vcvs
+    from .sources.isource import CurrentSource
+    from .sources.vsource import VoltageSource
     from .stamper import Conditions, Layout, Stamper
-    from .switch import CurrentSwitch, SwitchLaw, VoltageSwitch
-    from .thyristor import Thyristor
-    from .transistor import Transistor
-    from .vdmos import Vdmos
-    from .vsource import VoltageSource
+    from .switches.latching_thyristor import LatchingThyristor
+    from .switches.switch import CurrentSwitch, SwitchLaw, VoltageSwitch
+    from .switches.thyristor import Thyristor
+    from .transistors.bipolar import Bipolar
+    from .transistors.ebers_moll import EbersMoll
+    from .transistors.igbt import Igbt
+    from .transistors.jfet import Jfet
+    from .transistors.transistor import Transistor
 
 _HOME = {
-    "Behavioural": ".behavioural",
-    "BehaviouralResistor": ".behavioural",
-    "Bipolar": ".bipolar",
-    "Capacitor": ".capacitor",
+    "Behavioural": ".expressions.behavioural",
+    "BehaviouralResistor": ".expressions.behavioural",
+    "Bipolar": ".transistors.bipolar",
+    "Capacitor": ".passive.capacitor",
     "Carrier": ".carrier",
-    "Cccs": ".controlled",
-    "Ccvs": ".controlled",
-    "Characteristic": ".characteristic",
+    "Cccs": ".sources.controlled",
+    "Ccvs": ".sources.controlled",
+    "Characteristic": ".diodes.characteristic",
     "Conditions": ".stamper",
     "Context": ".device",
-    "Coupling": ".coupling",
-    "CurrentControlled": ".controlled",
-    "CurrentSource": ".isource",
-    "CurrentSwitch": ".switch",
-    "Decomposition": ".characteristic",
+    "Coupling": ".passive.coupling",
+    "CurrentControlled": ".sources.controlled",
+    "CurrentSource": ".sources.isource",
+    "CurrentSwitch": ".switches.switch",
+    "Decomposition": ".diodes.characteristic",
     "Device": ".device",
-    "Diode": ".diode",
-    "DiodeLaw": ".diode",
-    "EbersMoll": ".ebers_moll",
+    "Diode": ".diodes.diode",
+    "DiodeLaw": ".diodes.diode",
+    "EbersMoll": ".transistors.ebers_moll",
     "Edge": ".device",
     "Effect": ".effect",
-    "Igbt": ".igbt",
-    "Inductor": ".inductor",
-    "Jfet": ".jfet",
-    "JunctionDiode": ".junction_diode",
-    "JunctionLaw": ".junction",
-    "LatchingThyristor": ".latching_thyristor",
+    "Igbt": ".transistors.igbt",
+    "Inductor": ".passive.inductor",
+    "Jfet": ".transistors.jfet",
+    "JunctionDiode": ".diodes.junction_diode",
+    "JunctionLaw": ".diodes.junction",
+    "LatchingThyristor": ".switches.latching_thyristor",
     "Layout": ".stamper",
-    "Level1": ".level1",
-    "Mosfet": ".mosfet",
-    "MosfetSwitch": ".mosfet_switch",
-    "PairLaw": ".characteristic",
+    "Level1": ".mosfets.level1",
+    "Mosfet": ".mosfets.mosfet",
+    "MosfetSwitch": ".mosfets.mosfet_switch",
+    "PairLaw": ".diodes.characteristic",
     "Parameter": ".parameter",
-    "Reading": ".behavioural",
-    "Resistor": ".resistor",
+    "Reading": ".expressions.behavioural",
+    "Resistor": ".passive.resistor",
     "Stamper": ".stamper",
-    "SwitchLaw": ".switch",
+    "SwitchLaw": ".switches.switch",
     "Table": ".parameter",
     "Terminal": ".carrier",
-    "Thyristor": ".thyristor",
-    "Transistor": ".transistor",
-    "Vccs": ".controlled",
-    "Vcvs": ".controlled",
-    "Vdmos": ".vdmos",
-    "VoltageSource": ".vsource",
-    "VoltageSwitch": ".switch",
-    "diode_curve": ".characteristic",
+    "Thyristor": ".switches.thyristor",
+    "Transistor": ".transistors.transistor",
+    "Vccs": ".sources.controlled",
+    "Vcvs": ".sources.controlled",
+    "Vdmos": ".mosfets.vdmos",
+    "VoltageSource": ".sources.vsource",
+    "VoltageSwitch": ".switches.switch",
+    "diode_curve": ".diodes.characteristic",
 }
 
 __getattr__ = lazily(__name__, _HOME)

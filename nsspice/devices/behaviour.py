@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable
 from itertools import pairwise
 
-from ..netlist.functions import ARITY
-from ..netlist.node import Node
+from ..netlist.expressions.functions import ARITY
+from ..netlist.expressions.node import Node
 from ..problems.tape import OPS, TapeBuilder
 from .waves import wave_signal
 
@@ -36,7 +36,7 @@ class Compiler:
 
     Examples
     --------
-    >>> from nsspice.netlist.expression import Expression
+    >>> from nsspice.netlist.expressions.expression import Expression
     >>> builder = TapeBuilder()
     >>> compiler = Compiler(builder, lambda name: builder.unknown(0))
     >>> compiler.compile(Expression.parse("exp(v(a)) + v(a)").node)
@@ -147,7 +147,7 @@ def linear_form(node: Node, timed: bool = False) -> Form | None:
 
     Examples
     --------
-    >>> from nsspice.netlist.expression import Expression
+    >>> from nsspice.netlist.expressions.expression import Expression
     >>> linear_form(Expression.parse("2*(v(a) - i(v1)/4) + 1").node)
     (1.0, {'v(a)': 2.0, 'i(v1)': -0.5})
     >>> linear_form(Expression.parse("v(a)*v(b)").node) is None

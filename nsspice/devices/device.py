@@ -18,8 +18,8 @@ from .stamper import Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
-    from ..netlist.expression import Expression
-    from .leg import CurveBody
+    from ..netlist.expressions.expression import Expression
+    from .diodes.diode_branch import CurveBody
 
 EdgeKind = Literal["V", "E", "C", "P", "R", "L", "G", "I"]
 NO_VALUES: Mapping[str, float] = {}

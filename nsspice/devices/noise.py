@@ -12,15 +12,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from .bipolar import Bipolar
-from .jfet import Jfet
-from .junction_diode import JunctionDiode
-from .leg import JunctionBody
-from .level1 import Level1
-from .resistor import Resistor
-from .smooth_mosfet import SmoothMosfet
-from .thermal import BOLTZMANN, CHARGE, kelvin
-from .vdmos import Vdmos
+from .diodes.diode_branch import JunctionBody
+from .diodes.junction_diode import JunctionDiode
+from .diodes.thermal import BOLTZMANN, CHARGE, kelvin
+from .mosfets.level1 import Level1
+from .mosfets.smooth_mosfet import SmoothMosfet
+from .mosfets.vdmos import Vdmos
+from .passive.resistor import Resistor
+from .transistors.bipolar import Bipolar
+from .transistors.jfet import Jfet
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Param

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import suggest
+from ..netlist.expressions.functions import ABSOLUTE_ZERO
 from ..netlist.findings import Findings
-from ..netlist.functions import ABSOLUTE_ZERO
 
 if TYPE_CHECKING:
     from ..netlist.deck import Model, Param

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from ..netlist.expression import Expression
+from ..netlist.expressions.expression import Expression
 from .behaviour import Compiler
 from .stamper import Stamper, Written
 

@@ -17,8 +17,8 @@ from ..problems.elements import TwoTerminal
 from ..problems.tape import TapeBuilder
 
 if TYPE_CHECKING:
-    from ..netlist.expression import Expression
-    from .piecewise import Inner
+    from ..netlist.expressions.expression import Expression
+    from .expressions.piecewise import Inner
 
 Terms = list[tuple[int, float]]
 AnalysisKind = Literal["dc", "tran"]

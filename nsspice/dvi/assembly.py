@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from ..devices.behaviour import Compiler
 from ..devices.waves import is_wave, wave_values, waveform_of
-from ..netlist import evaluate as _evaluate
-from ..netlist.node import Node, add, num, var
+from ..netlist.expressions import evaluate as _evaluate
+from ..netlist.expressions.node import Node, add, num, var
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms, Waveform
 from ..problems.elements import Elements

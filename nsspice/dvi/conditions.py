@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..netlist.node import show
+from ..netlist.expressions.node import show
 from .assembly import Model, Pair, Row
 from .errors import wrong
 from .expression import Expr, as_vector

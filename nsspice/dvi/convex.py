@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..netlist.derivative import derivative as _derivative
-from ..netlist.node import Node, neg, show
+from ..netlist.expressions.derivative import derivative as _derivative
+from ..netlist.expressions.node import Node, neg, show
 from .errors import unsolved, wrong
 from .expression import Expr, as_expr
 from .point import Point

@@ -17,7 +17,7 @@ from .scheme import Scheme
 from .trajectory import Task, check_run, simulate, step_through
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
     from .verdicts import Verdicts
 
 Floats = npt.NDArray[np.float64]

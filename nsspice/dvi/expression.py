@@ -1,7 +1,7 @@
 """Expressions of unknowns, states, multipliers and the time, as the netlist's compiler takes them.
 
-An expression is a tree of ``nsspice.netlist.node``: it is compiled to a tape of the core, and its
-derivatives are exact.  Nothing is traced, and no text is evaluated.
+An expression is a tree of ``nsspice.netlist.expressions.node``: it is compiled to a tape of the
+core, and its derivatives are exact.  Nothing is traced, and no text is evaluated.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..netlist import evaluate as _evaluate
-from ..netlist.derivative import derivative as _derivative
-from ..netlist.node import Node, add, call, div, mul, neg, num, power, show, sub, var
+from ..netlist.expressions import evaluate as _evaluate
+from ..netlist.expressions.derivative import derivative as _derivative
+from ..netlist.expressions.node import Node, add, call, div, mul, neg, num, power, show, sub, var
 from .errors import wrong
 
 if TYPE_CHECKING:

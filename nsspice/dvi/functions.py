@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.certificate import Certificate
-from ..analyses.solution import IslandRun, Solution
+from ..analyses.certificate.certificate import Certificate
+from ..analyses.solution.solution import IslandRun, Solution
 from .errors import wrong
 from .projection import newton
 from .sets import Cone, SecondOrderCone, Set

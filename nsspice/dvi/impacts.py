@@ -31,7 +31,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Diagnostic
-from ..netlist.derivative import derivative as _derivative
+from ..netlist.expressions.derivative import derivative as _derivative
 from ..problems.csc import Csc
 from ..solvers.mlcp import solve_mlcp
 from .assembly import Assembly, Model

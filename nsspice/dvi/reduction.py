@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.certificate import Certificate
-from ..analyses.events import Events
-from ..analyses.solution import IslandRun, Solution
-from ..netlist.node import var
+from ..analyses.certificate.certificate import Certificate
+from ..analyses.signals.events import Events
+from ..analyses.solution.solution import IslandRun, Solution
+from ..netlist.expressions.node import var
 from ..problems.matrices import is_p_matrix
 from ..problems.regularity import inverses
 from .assembly import Model, Pair, Row, assemble

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..netlist.derivative import derivative as _derivative
+from ..netlist.expressions.derivative import derivative as _derivative
 from ..solvers.stepper import Jump
 from .assembly import Model
 from .engines import Interval

@@ -23,8 +23,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ..netlist import evaluate as _evaluate
-from ..netlist.node import Node, add, mul, num, var
+from ..netlist.expressions import evaluate as _evaluate
+from ..netlist.expressions.node import Node, add, mul, num, var
 from .assembly import Model, Row, assemble
 from .errors import wrong
 from .expression import Expr, names_of

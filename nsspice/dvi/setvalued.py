@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..netlist.node import show, var
+from ..netlist.expressions.node import show, var
 from .errors import wrong
 from .expression import Expr, as_expr, merged
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..devices.behaviour import linear_form
-from ..netlist.node import Node, add, mul, num
+from ..netlist.expressions.node import Node, add, mul, num
 
 
 @dataclass(slots=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..devices.behaviour import Compiler
 from ..errors import UsageError
-from ..netlist.node import num, var
+from ..netlist.expressions.node import num, var
 from ..problems.tape import Tape, TapeBuilder
 from ..problems.theorems import ConvexSet, StandardDVI
 from .conditions import Complementarity, Contact, Equation

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.certificate import Certificate
-from ..analyses.events import Events
-from ..analyses.solution import Impulse, IslandRun, Solution
+from ..analyses.certificate.certificate import Certificate
+from ..analyses.signals.events import Events
+from ..analyses.solution.solution import Impulse, IslandRun, Solution
 from ..errors import Diagnostic
 from .assembly import Assembly, Model, assemble, start_vector
 from .engines import Interval, Plan, run_interval

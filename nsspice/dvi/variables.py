@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..netlist.node import var
+from ..netlist.expressions.node import var
 from .errors import wrong
 from .expression import Expr
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..netlist.node import var
+from ..netlist.expressions.node import var
 from .assembly import Assembly, Model, Row, assemble
 from .conditions import members, write_membership
 from .errors import wrong

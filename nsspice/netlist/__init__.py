@@ -33,9 +33,9 @@ from .deck import (
     Sweep,
     TranCard,
 )
-from .expression import Expression
-from .numbers import format_number, read_number
+from .expressions.expression import Expression
 from .parsing import parse_file, parse_text
+from .text.numbers import format_number, read_number
 
 __all__ = [
     "Analysis",

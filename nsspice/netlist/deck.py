@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 from ..errors import Diagnostic, Span
-from .expression import Expression
+from .expressions.expression import Expression
 
 
 class Grid(NamedTuple):

@@ -9,20 +9,21 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import Diagnostic, NetlistError, Span, suggest
-from . import expression_parser, statement
-from .body import BodyReader
 from .cards.control import CardReader
-from .cards.reading import Reader
 from .deck import DcCard, Deck
-from .expand import Expander
-from .files import FileReader
+from .elements.reading import Reader
+from .expansion.body import BodyReader
+from .expansion.expand import Expander
+from .expansion.scope import Scope
+from .expressions import expression_parser
 from .findings import Findings, Unreadable
-from .lines import physical_lines
-from .schematic import schematic_of
-from .scope import Scope
-from .script import ANALYSES, Script
-from .source import read_text
-from .structure import build
+from .text import statement
+from .text.files import FileReader
+from .text.lines import physical_lines
+from .text.schematic import schematic_of
+from .text.script import ANALYSES, Script
+from .text.source import read_text
+from .text.structure import build
 
 #: a title that is an element line was most likely meant as one
 _ELEMENT_LIKE = re.compile(

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analyses.solution import part_of
+from ..analyses.solution.solution import part_of
 from ..errors import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 _DRAWN = 12  # curves at most: beyond that nothing can be told apart
 

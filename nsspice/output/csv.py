@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from .._core import format_rows
 from ..errors import OutputError
-from .aside import aside, publish
+from .atomic_write import aside, publish
 from .files import output_error
-from .visible import visible
+from .safe_text import visible
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 Floats = npt.NDArray[np.float64]
 _BLOCK = 1 << 16  # numbers formatted at once: some MB of text

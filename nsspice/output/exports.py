@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analyses.names import unit
+from ..analyses.signals.signal_names import unit
 from ..errors import Diagnostic, UsageError
-from .aside import whole
+from .atomic_write import whole
 from .csv import write_csv
 from .files import output_error
 from .raw import write_raw
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 _Writer = Callable[["Solution", Path, "Sequence[str] | None"], None]
 

@@ -100,7 +100,7 @@ def check_target(path: Path, inputs: Iterable[Path] = (), force: bool = False) -
     if not folder.is_dir():
         raise output_error(OSError(errno.ENOENT, f"there is no folder {folder}"), str(path))
     if path.is_file() and not force:
-        from .own import written_by_nsspice
+        from .ownership import written_by_nsspice
 
         try:
             own = written_by_nsspice(path)

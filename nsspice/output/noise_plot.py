@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Diagnostic, UsageError
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 _DRAWN = 8  # parts at most, the largest
 

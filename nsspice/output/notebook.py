@@ -8,12 +8,12 @@ from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
-from ..analyses.names import unit
+from ..analyses.signals.signal_names import unit
 from ..errors import UsageError
 from .si import number
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
     from ..circuit import Circuit
 
 #: rows of a table before "... and N more"

@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.drawn import drawn
-from ..analyses.names import unit
+from ..analyses.signals.signal_names import unit
+from ..analyses.solution.plot_points import drawn
 from ..errors import Diagnostic, UsageError
 from .envelope import envelope
 from .plot import check_format, draw, finished, moves, new_figure, plain_text
 from .si import number, prefix
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 Floats = npt.NDArray[np.float64]
 

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analyses.drawn import drawn
-from ..analyses.names import unit
+from ..analyses.signals.signal_names import unit
+from ..analyses.solution.plot_points import drawn
 from ..errors import Diagnostic, UsageError
-from .aside import whole
+from .atomic_write import whole
 from .dark import darken
 from .envelope import band, envelope
 from .files import output_error
@@ -21,7 +21,7 @@ from .si import number, prefix
 from .strips import MOST, conducting, draw_strips, logic
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Floats, Solution
+    from ..analyses.solution.solution import Floats, Solution
 
 #: Picture formats by file name ending.
 FORMATS = (".png", ".svg", ".pdf")

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.names import unit
-from .aside import whole
+from ..analyses.signals.signal_names import unit
+from .atomic_write import whole
 from .files import output_error
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Solution
+    from ..analyses.solution.solution import Solution
 
 _PLOTS = {
     "tran": "Transient Analysis",

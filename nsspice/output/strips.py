@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..analyses.events import Events
+from ..analyses.signals.events import Events
 
 if TYPE_CHECKING:
-    from ..analyses.solution import Floats, Solution
+    from ..analyses.solution.solution import Floats, Solution
 
 #: rows of a picture; the rest is told in a line
 MOST = 12

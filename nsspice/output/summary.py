@@ -8,17 +8,17 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..analyses.names import unit
+from ..analyses.signals.signal_names import unit
 from .si import number
 
 if TYPE_CHECKING:
-    from ..analyses.certificate import Certificate
-    from ..analyses.loop_gain import LoopReport
-    from ..analyses.losses import LossTable
-    from ..analyses.sensitivity import Sensitivity
-    from ..analyses.solution import IslandRun, JumpReport, Moved, Solution
-    from ..analyses.spectrum import Spectrum
-    from ..analyses.steady_state import Periodic
+    from ..analyses.certificate.certificate import Certificate
+    from ..analyses.solution.solution import IslandRun, JumpReport, Moved, Solution
+    from ..analyses.steady.loop_gain import LoopReport
+    from ..analyses.steady.sensitivity import Sensitivity
+    from ..analyses.steady.steady_state import Periodic
+    from ..analyses.transient.losses import LossTable
+    from ..analyses.transient.spectrum import Spectrum
 
 _COUNTERS = (
     ("segments", "segment"),

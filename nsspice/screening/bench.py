@@ -9,8 +9,8 @@ from multiprocessing import get_context
 
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import Deck
+from .comparison_basis import sizes
 from .edits import Edit
-from .prepared import sizes
 from .trial import Trial, attempt
 
 #: a run is given up after so many times what that of the whole deck took, but not before [s]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from ..circuit import Circuit
 from ..devices import Device
-from ..devices.smooth_mosfet import SmoothMosfet
+from ..devices.mosfets.smooth_mosfet import SmoothMosfet
 from ..netlist.deck import Element
 from .edits import SET_VALUED, Edit
 

@@ -11,10 +11,10 @@ from ..circuit import Circuit, build
 from ..netlist.deck import Deck
 from .bench import Bench, pool_of
 from .candidates import candidates
+from .comparison_basis import beginning, prepared
 from .edits import Edit, without
-from .prepared import beginning, prepared
+from .line_fit import junction_diodes, straight
 from .result import EffectRow, EffectsReport, Verdict
-from .straight import junction_diodes, straight
 from .trial import Trial
 
 Progress = Callable[[str, float], None]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.batch import Request, jobs_of, run_job
+from ..analyses.studies.batch import Request, jobs_of, run_job
 from ..circuit import build
 from ..errors import NsspiceError
 from ..netlist.deck import Deck

@@ -10,7 +10,7 @@ import pytest
 from regression.converters.test_multipliers import deck as multiplier
 
 import nsspice
-from nsspice.analyses.estimate import stored_quantities
+from nsspice.analyses.studies.refinement import stored_quantities
 
 NETLISTS = Path(__file__).resolve().parents[2] / "netlists"
 LADDER = tuple(10.0**-k for k in range(2, 9))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsspice.circuit import MnaSystem
-from nsspice.circuit.reference import reference
+from nsspice.circuit.normal_form import reference
 from nsspice.circuit.theta import theta_terms
 from nsspice.problems.csc import Csc
 from nsspice.solvers.moreau import MoreauStepper

@@ -155,7 +155,7 @@ def test_a_good_deck_with_mistakes(edits: list[tuple[int, int, str]]) -> None:
 @given(st.binary(max_size=300))
 @settings(max_examples=200, deadline=None)
 def test_arbitrary_bytes(data: bytes) -> None:
-    from nsspice.netlist.source import decode
+    from nsspice.netlist.text.source import decode
 
     read(decode(data))
 

@@ -11,7 +11,7 @@ import pytest
 from random_controllers import controller_deck
 
 import nsspice
-from nsspice.devices import behavioural
+from nsspice.devices.expressions import behavioural
 
 #: `sdirk` meets its tolerance of 1e-10 per step within this part of the range, over 4 s of a loop
 #: whose slowest part forgets in about 1 s

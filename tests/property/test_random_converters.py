@@ -10,7 +10,7 @@ import pytest
 from random_converters import converter
 
 import nsspice
-from nsspice.analyses.estimate import stored_quantities
+from nsspice.analyses.studies.refinement import stored_quantities
 
 RELTOL = 1e-6
 #: coils shorted by ideal switches; what a resistor ties together stores; isolated secondaries; from

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from oracle.tapes import run
 
 from nsspice.devices.behaviour import Compiler, linear_form
-from nsspice.netlist.expression import Expression
-from nsspice.netlist.functions import ALIASES, ARITY
-from nsspice.netlist.node import Node, add, call, choose, inv, mul, neg, num, power, var
+from nsspice.netlist.expressions.expression import Expression
+from nsspice.netlist.expressions.functions import ALIASES, ARITY
+from nsspice.netlist.expressions.node import Node, add, call, choose, inv, mul, neg, num, power, var
 from nsspice.problems.tape import TapeBuilder
 
 SIGNALS = ["v(a)", "v(b)", "i(x)"]

@@ -33,7 +33,7 @@ ALLOWED = {
 #: the methods ``to_csv``, ``plot`` ... of a solution hand over to the writers when they are called,
 #: ``run`` of a circuit to the analyses
 HANDS_OVER = {
-    "analyses/handed_over.py": {"output"},
+    "analyses/solution/exports.py": {"output"},
     "circuit/circuit.py": {"analyses", "output"},
 }
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nsspice.circuit import Circuit
 from nsspice.devices import Capacitor, Coupling, Inductor, Resistor, VoltageSource, VoltageSwitch
-from nsspice.devices.diode import Diode
+from nsspice.devices.diodes.diode import Diode
 from nsspice.devices.stamper import Conditions
 from nsspice.problems.descriptor import DescriptorSystem, Waveform
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.settings import Settings
-from nsspice.analyses.transient import run_tran
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.transient import run_tran
 from nsspice.compare.cost import CostReport, Measurement
 from nsspice.compare.cost.problem import Problem
 from nsspice.errors import NsspiceError

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analyses.solution import Floats, Solution
+from ...analyses.solution.solution import Floats, Solution
 
 #: instants that differ by less than this share are the same up to rounding
 _SAME = 1e-12

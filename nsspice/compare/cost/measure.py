@@ -8,9 +8,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ...analyses.given import several
-from ...analyses.load import need_circuit
-from ...analyses.settings import Settings
+from ...analyses.request.arguments import several
+from ...analyses.request.load import need_circuit
+from ...analyses.request.settings import Settings
 from ...circuit import Circuit
 from ...errors import Diagnostic, NsspiceError, UsageError, suggest
 from . import ngspice_ladders

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analyses.cards import Tran
-from ...analyses.estimate import junction_voltages, stored_quantities
-from ...analyses.recorder import select
-from ...analyses.settings import Settings
-from ...analyses.solution import Floats, Solution
-from ...analyses.transient import run_tran
+from ...analyses.request.cards import Tran
+from ...analyses.request.recorder import select
+from ...analyses.request.settings import Settings
+from ...analyses.solution.solution import Floats, Solution
+from ...analyses.studies.refinement import junction_voltages, stored_quantities
+from ...analyses.transient.transient import run_tran
 from ...circuit import Circuit, build
 from ...errors import Diagnostic, StepError, UsageError
 from ...netlist.deck import TranCard

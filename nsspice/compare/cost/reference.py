@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analyses.settings import Settings
-from ...analyses.solution import Floats
+from ...analyses.request.settings import Settings
+from ...analyses.solution.solution import Floats
 from ...errors import Diagnostic, NumericalError, UsageError
 from .graph import Graph
 from .problem import Problem

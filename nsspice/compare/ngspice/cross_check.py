@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ...analyses.batch import Job, Request, jobs_of, run_job
-from ...analyses.cards import Dc, Op, Tran
-from ...analyses.load import read_again
-from ...analyses.names import unit
-from ...analyses.solution import Solution
+from ...analyses.request.cards import Dc, Op, Tran
+from ...analyses.request.load import read_again
+from ...analyses.signals.signal_names import unit
+from ...analyses.solution.solution import Solution
+from ...analyses.studies.batch import Job, Request, jobs_of, run_job
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ...devices import CurrentSwitch, SwitchLaw, VoltageSwitch
-from ...devices.leg import CurveBody, JunctionBody, Leg
-from ...devices.leg_device import LegDevice
+from ...devices.diodes.diode_branch import CurveBody, JunctionBody, Leg
+from ...devices.diodes.leg_device import LegDevice
 from .deck_writer import DeckWriter, untranslatable
 from .expression import spice_expression
 

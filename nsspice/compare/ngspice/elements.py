@@ -19,11 +19,11 @@ from ...devices import (
     VoltageSource,
     VoltageSwitch,
 )
-from ...devices.behavioural import as_expression
-from ...devices.leg_device import LegDevice
-from ...devices.passive import Passive
+from ...devices.diodes.leg_device import LegDevice
+from ...devices.expressions.behavioural import as_expression
+from ...devices.passive.passive import Passive
 from ...netlist.deck import Element
-from ...netlist.expression import Expression
+from ...netlist.expressions.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_diode, write_leg, write_switch
 from .expression import spice_expression

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from ...errors import Diagnostic, UsageError
-from ...netlist.node import Node
+from ...netlist.expressions.node import Node
 
 #: functions of the same name and meaning
 _SAME = frozenset(
@@ -47,7 +47,7 @@ def spice_expression(node: Node, signal: Callable[[str], str]) -> str:
 
     Examples
     --------
-    >>> from nsspice.netlist.expression import Expression
+    >>> from nsspice.netlist.expressions.expression import Expression
     >>> tree = Expression.parse("2*v(a)**3 - hypot(v(b), 1)").node
     >>> spice_expression(tree, str)
     '((2.0*pwr(v(a),3.0))-((sqrt((v(b))*(v(b))+(1.0)*(1.0)))))'

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 from ...devices import Igbt, Jfet, Level1, MosfetSwitch, SwitchLaw, Vdmos
-from ...devices.leg import Leg
-from ...devices.smooth_mosfet import SmoothMosfet
+from ...devices.diodes.diode_branch import Leg
+from ...devices.mosfets.smooth_mosfet import SmoothMosfet
 from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import switch_model, write_leg

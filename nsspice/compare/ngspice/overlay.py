@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.names import unit
+from ...analyses.signals.signal_names import unit
 from ...errors import Diagnostic, UsageError
 from ...output.plot import check_format, new_figure, save_figure
 from ...output.si import prefix

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...analyses.cards import Dc, Op, Tran
-from ...analyses.names import canonical
-from ...analyses.solution import Floats
+from ...analyses.request.cards import Dc, Op, Tran
+from ...analyses.signals.signal_names import canonical
+from ...analyses.solution.solution import Floats
 from ...errors import ComparisonError, Diagnostic
 from .child import is_failure
 from .raw_run import RawRun

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...analyses.cards import Dc, Op, Tran
+from ...analyses.request.cards import Dc, Op, Tran
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard

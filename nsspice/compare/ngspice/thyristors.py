@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 
 from ...devices import LatchingThyristor, Thyristor
-from ...devices.characteristic import Decomposition, PairLaw
-from ...devices.leg import CurveBody, Leg
+from ...devices.diodes.characteristic import Decomposition, PairLaw
+from ...devices.diodes.diode_branch import CurveBody, Leg
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_leg
 from .expression import spice_expression

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...analyses.cards import Dc, Op, Tran
-from ...analyses.names import canonical
+from ...analyses.request.cards import Dc, Op, Tran
+from ...analyses.signals.signal_names import canonical
 from ...circuit import Circuit, parse_signal, unknown_signal
 from ...circuit.build import default_conditions
 from ...devices import Conditions

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ...analyses.cards import Tran
-from ...analyses.curve import Curve
-from ...analyses.names import unit
-from ...analyses.solution import Floats, Solution
+from ...analyses.request.cards import Tran
+from ...analyses.signals.curve import Curve
+from ...analyses.signals.signal_names import unit
+from ...analyses.solution.solution import Floats, Solution
 from ...errors import Diagnostic, UsageError
 from .options import Options
 from .result import NgspiceRun

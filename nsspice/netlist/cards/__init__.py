@@ -1,1 +1,5 @@
-"""One file per family of cards: what the items of an element line or a dot line mean."""
+"""Dot lines: what each card asks for.
+
+Read ``control`` (which reader takes which card), ``context`` (what the readers share), then one
+file per family of cards.  Imports all other rooms of the netlist.
+"""

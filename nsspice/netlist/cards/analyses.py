@@ -8,8 +8,8 @@ from typing import Literal
 from ...errors import Span, suggest
 from ..deck import DcCard, OpCard, Sweep, TranCard
 from ..findings import Unreadable
-from ..lines import Line
-from ..statement import Item
+from ..text.lines import Line
+from ..text.statement import Item
 from .context import Context
 from .options import above_absolute_zero
 

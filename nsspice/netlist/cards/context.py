@@ -7,15 +7,15 @@ from collections.abc import Iterable
 
 from ...errors import Span, suggest
 from ..deck import Deck
-from ..expand import Expander
-from ..expression import Expression
+from ..elements.reading import Reader, flat
+from ..elements.terminals import GROUND
+from ..expansion.expand import Expander
+from ..expansion.scope import Scope
+from ..expressions.expression import Expression
+from ..expressions.node import COMPLEX_FORMS
 from ..findings import Unreadable
-from ..lines import Line
-from ..node import COMPLEX_FORMS
-from ..scope import Scope
-from ..statement import Item, items
-from .reading import Reader, flat
-from .terminals import GROUND
+from ..text.lines import Line
+from ..text.statement import Item, items
 
 #: ends of elements whose currents have names of their own: i(q1.b)
 _TERMINALS = {
@@ -94,7 +94,7 @@ class Context:
         value = self.here.expression(self.reader.formula(line, start, end))
         if isinstance(value, Expression):
             return value
-        from ..node import num
+        from ..expressions.node import num
 
         return Expression(num(value), line.span(start, end), line.raw[start:end])
 

@@ -6,15 +6,15 @@ from collections.abc import Callable
 
 from ...errors import suggest
 from ..deck import Deck
-from ..expand import Expander
+from ..elements.reading import Reader
+from ..expansion.expand import Expander
+from ..expansion.scope import Scope
+from ..expressions.node import TooLarge
 from ..findings import Unreadable
-from ..lines import Line
-from ..node import TooLarge
-from ..scope import Scope
-from ..script import ANALYSES
+from ..text.lines import Line
+from ..text.script import ANALYSES
 from . import analyses, heat, measure, options, outputs, periodic
 from .context import Context
-from .reading import Reader
 
 _READERS: dict[str, Callable[[Context, Line], None]] = {
     "ac": periodic.ac,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from ..deck import Grid, HeatSinkCard
+from ..elements.reading import key_of
 from ..findings import Unreadable
-from ..lines import Line
+from ..text.lines import Line
 from .context import Context
-from .reading import key_of
 
 _HINT = "write .heatsink Foster=table(r=0.5 tau=100) S1 D1, or Cauer=table(r=0.5 c=200)"
 _SECOND = {"foster": "tau", "cauer": "c"}

@@ -8,9 +8,9 @@ from typing import Literal
 
 from ...errors import Span, suggest
 from ..deck import Cond, Measure
-from ..expression import Expression
+from ..expressions.expression import Expression
 from ..findings import Unreadable
-from ..lines import Line
+from ..text.lines import Line
 from .context import Context, after_card
 
 _STATISTICS = {
@@ -226,7 +226,7 @@ class _Maker:
             raise self._wrong(part, f"{part.key} needs a signal")
         power = _POWER.fullmatch(self._line.text, start, end)
         if power:
-            from ..node import var
+            from ..expressions.node import var
 
             where = self._line.span(start, end)
             element = self._context.here.prefix + power.group(2)
@@ -238,9 +238,9 @@ class _Maker:
 
     def _formula(self, part: _Part) -> Expression:
         """Return the expression of param=, in which other measurements are names."""
-        from ..evaluate import rebuild
-        from ..node import Node, num, var
-        from ..template import Formula
+        from ..elements.template import Formula
+        from ..expressions.evaluate import rebuild
+        from ..expressions.node import Node, num, var
 
         start, end = self._bounds(part.start, part.end)
         value = self._context.reader.formula(self._line, start, end)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ...errors import Span, suggest
 from ..deck import Param
+from ..elements.reading import flat
+from ..expressions.functions import ABSOLUTE_ZERO
 from ..findings import Unreadable
-from ..functions import ABSOLUTE_ZERO
-from ..lines import Line
-from ..statement import Item
+from ..text.lines import Line
+from ..text.statement import Item
 from .context import Context, after_card
-from .reading import flat
 
 #: options that nsspice reads
 OWN = {

@@ -6,12 +6,12 @@ import re
 
 from ...errors import Span
 from ..deck import Param, Signal
+from ..elements.terminals import GROUND
+from ..expressions.node import COMPLEX_FORMS
 from ..findings import Unreadable
-from ..lines import Line
-from ..node import COMPLEX_FORMS
-from ..statement import Item
+from ..text.lines import Line
+from ..text.statement import Item
 from .context import Context
-from .terminals import GROUND
 
 _ANALYSES = {"tran", "dc", "op", "pss", "ac"}
 _OTHER_ANALYSES = {"noise", "tf", "four"}

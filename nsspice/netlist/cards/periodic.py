@@ -6,12 +6,12 @@ import math
 
 from ...errors import suggest
 from ..deck import AcCard, FourCard, LoopCard, NoiseCard, OpCard, PssCard, SensCard, TfCard
+from ..elements.reading import flat, key_of
 from ..findings import Unreadable
-from ..lines import Line
-from ..statement import Item
+from ..text.lines import Line
+from ..text.statement import Item
 from .context import Context
 from .outputs import probe
-from .reading import flat, key_of
 
 _NAMES = ("period", "fund", "harms", "tstab", "tstep", "trigger", "level")
 #: frequencies of one card

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...analyses.names import unit
+from ...analyses.signals.signal_names import unit
 from ..si import number
 from .waveforms import encode, waveforms
 
 if TYPE_CHECKING:
-    from ...analyses.solution import Solution
+    from ...analyses.solution.solution import Solution
     from ...circuit import Circuit
 
 #: changes of state that a page holds for each element

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ... import __version__
-from ..aside import whole
+from ..atomic_write import whole
 from ..files import output_error
 from .content import content
 
 if TYPE_CHECKING:
-    from ...analyses.solution import Solution
+    from ...analyses.solution.solution import Solution
     from ...circuit import Circuit
 
 _PAGE = """<!doctype html>

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...analyses.drawn import drawn
-from ...analyses.names import unit
+from ...analyses.signals.signal_names import unit
+from ...analyses.solution.plot_points import drawn
 
 if TYPE_CHECKING:
-    from ...analyses.solution import Solution
+    from ...analyses.solution.solution import Solution
 
 Floats = npt.NDArray[np.float64]
 

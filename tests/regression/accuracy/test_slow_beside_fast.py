@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.examiner import Examiner
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.island_check import Examiner
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.noise import noise
-from nsspice.analyses.transfer import op_sensitivities
+from nsspice.analyses.steady.noise import noise
+from nsspice.analyses.steady.transfer import op_sensitivities
 from nsspice.output.summary import describe, to_dict
 
 BOLTZMANN, CHARGE, T = 1.380649e-23, 1.602176634e-19, 300.15

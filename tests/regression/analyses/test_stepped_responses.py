@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.orbit_response import responder
-from nsspice.analyses.steady_state import Pss, find_orbits
-from nsspice.analyses.stepped_response import CLOSE, SteppedResponse
+from nsspice.analyses.steady.orbit_response import responder
+from nsspice.analyses.steady.steady_state import Pss, find_orbits
+from nsspice.analyses.steady.stepped_response import CLOSE, SteppedResponse
 
 RELTOL = 1e-5  # of a run by default
 FREQUENCIES = [100.0, 1e3, 5e3, 12e3, 31e3, 81e3, 133e3]

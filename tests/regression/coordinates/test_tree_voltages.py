@@ -9,7 +9,7 @@ from oracle.agreement import compare
 from random_converters import converter
 
 import nsspice
-from nsspice.analyses.estimate import stored_quantities
+from nsspice.analyses.studies.refinement import stored_quantities
 from nsspice.circuit import spanning
 
 

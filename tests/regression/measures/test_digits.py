@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.measure import trace_of
-from nsspice.netlist.expression import Expression
+from nsspice.analyses.transient.measure import trace_of
+from nsspice.netlist.expressions.expression import Expression
 
 #: 50 Hz through a diode, with rows of 1.3 ms
 RECTIFIER = """rectified sine

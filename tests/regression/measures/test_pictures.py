@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.drawn import drawn
+from nsspice.analyses.solution.plot_points import drawn
 from nsspice.output.envelope import band, envelope
 
 DECK = Path(__file__).with_name("al.net").read_text()

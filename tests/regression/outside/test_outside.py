@@ -13,11 +13,11 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses.interrupts import Interrupts
+from nsspice.analyses.request.interrupts import Interrupts
 from nsspice.cli.app import app
 from nsspice.netlist import parse_file, parse_text
 from nsspice.output.csv import CsvSink
-from nsspice.output.own import written_by_nsspice
+from nsspice.output.ownership import written_by_nsspice
 
 DECK = "a buck\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n.tran 1u 1m\n"
 #: some hundred MB of rows: it does not end before a signal comes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.devices import behavioural
+from nsspice.devices.expressions import behavioural
 
 DECK = """three-phase inverter with saturating current controllers
 .param f=50 fs=10k ip=30

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.netlist import parse_text
 from nsspice.output.raw import read_raw, write_raw
 from nsspice.output.si import number

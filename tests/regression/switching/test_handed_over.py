@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses import island_runner
+from nsspice.analyses.transient import island_runner
 
 #: a nanohenry and a picofarad ring at 5 GHz while mains charge a capacitor: the diode rectifies
 #: each period of it

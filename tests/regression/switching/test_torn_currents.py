@@ -9,7 +9,7 @@ from index_three_deck import INDEX_THREE
 from output_points import told
 
 import nsspice
-from nsspice.analyses.failure import unbounded
+from nsspice.analyses.certificate.failure import unbounded
 
 #: the reset winding of a forward converter lets go
 FORWARD = """forward converter with a reset winding, diodes with a transit time alone

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.devices import inner
+from nsspice.devices.expressions import expression_nodes as inner
 from nsspice.problems.descriptor import Switch
 
 FOLDER = Path(__file__).parent

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.merge import Merger, align
+from nsspice.analyses.transient.union_of_instants import Merger, align
 
 STEP = """a source steps across a capacitor
 V1 a 0 PULSE(0 5 1m 0 0 1m 4m)

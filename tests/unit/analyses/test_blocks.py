@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses import method
-from nsspice.analyses.batch import Request, jobs_of, run_job
-from nsspice.analyses.told import explained
+from nsspice.analyses.request import method
+from nsspice.analyses.studies.batch import Request, jobs_of, run_job
+from nsspice.analyses.studies.explanation import explained
 from nsspice.problems.descriptor import Waveform
 
 #: a chopper into an RC filter, whose buffered voltage drives a law that is smooth by a trace

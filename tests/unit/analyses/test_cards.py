@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nsspice.analyses.cards import Dc, Tran
+from nsspice.analyses.request.cards import Dc, Tran
 from nsspice.errors import Span, UsageError
 from nsspice.netlist.deck import Sweep
 

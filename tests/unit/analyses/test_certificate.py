@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.certificate import TOLERANCE, Certificate
-from nsspice.analyses.energy import Energy
-from nsspice.analyses.examiner import Examiner
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.certificate import TOLERANCE, Certificate
+from nsspice.analyses.certificate.energy import Energy
+from nsspice.analyses.certificate.island_check import Examiner
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 from nsspice.problems.csc import Csc
 from nsspice.problems.descriptor import DescriptorSystem
 from nsspice.solvers.audit import Auditor

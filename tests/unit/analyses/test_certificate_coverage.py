@@ -11,11 +11,11 @@ from chattering_deck import CONTROLLED
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses import island_runner
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.examiner import Examiner
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.island_check import Examiner
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient import island_runner
+from nsspice.analyses.transient.island_runner import IslandRunner
 from nsspice.cli.app import app
 from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.modewise import ModewiseStepper

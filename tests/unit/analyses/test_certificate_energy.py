@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 from nsspice.cli.app import app
 from nsspice.problems import Csc
 from nsspice.solvers.audit import Auditor

@@ -9,10 +9,10 @@ import pytest
 from oracle.node_voltages import potentials_of
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.examiner import Examiner, sampling
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.island_check import Examiner, sampling
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import nsspice
-from nsspice.analyses.costs import cost_of
-from nsspice.analyses.told import explained, tell
+from nsspice.analyses.request.cost_hints import cost_of
+from nsspice.analyses.studies.explanation import explained, tell
 
 NETLISTS = Path(__file__).parents[3] / "netlists"
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nsspice.analyses.curve import Curve
+from nsspice.analyses.signals.curve import Curve
 
 
 def sine(points: int = 2001, periods: float = 3.0) -> Curve:

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import nsspice
 from nsspice.analyses import Request, jobs_of
-from nsspice.analyses.estimate import run_estimated
+from nsspice.analyses.studies.refinement import run_estimated
 from nsspice.cli.app import app
 
 RLC = """damped oscillator

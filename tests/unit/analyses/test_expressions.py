@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.expressions import ExpressionCheck
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
-from nsspice.netlist.expression import Expression
+from nsspice.analyses.certificate.expression_check import ExpressionCheck
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
+from nsspice.netlist.expressions.expression import Expression
 
 #: what is read, with the voltage of a driven node, its capacitor's current, the time
 WRITTEN = [

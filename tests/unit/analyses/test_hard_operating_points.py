@@ -6,7 +6,8 @@ import pytest
 from regulator_deck import REGULATOR
 
 import nsspice
-from nsspice.analyses import island_runner, points
+from nsspice.analyses.static import dc_points as points
+from nsspice.analyses.transient import island_runner
 from nsspice.solvers.moreau import MoreauStepper
 from nsspice.solvers.sdirk import SdirkStepper
 from nsspice.solvers.stepper import UnsolvedStep

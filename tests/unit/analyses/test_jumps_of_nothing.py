@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.examiner import Examiner
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.island_check import Examiner
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 
 #: 2 V and 0 V are joined at 1 ms by a switch beside a diode
 TWO = """two

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsspice.analyses.measure import evaluate_measures
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
+from nsspice.analyses.transient.measure import evaluate_measures
 from nsspice.errors import Span
 from nsspice.netlist.deck import Cond, Measure
-from nsspice.netlist.expression import Expression
+from nsspice.netlist.expressions.expression import Expression
 
 SPAN = Span("t.net", 7, 1)
 PERIOD = 1e-3
@@ -167,7 +167,7 @@ def test_param_uses_earlier_results(solution):
 
 def _names(text: str) -> Expression:
     """An expression of plain names, as the netlist reader builds them for PARAM."""
-    from nsspice.netlist.node import Node
+    from nsspice.netlist.expressions.node import Node
 
     node = X(text.replace("top", "v(top)")).node
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import nsspice
-from nsspice.analyses.measure import evaluate_measures
+from nsspice.analyses.transient.measure import evaluate_measures
 
 #: 1 uF is charged to 10 V by an ideal switch, and emptied into 10 Ohm, twice
 DECK = """charge in no time

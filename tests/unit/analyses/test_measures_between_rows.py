@@ -13,7 +13,7 @@ import pytest
 
 import nsspice
 from nsspice.analyses import Settings
-from nsspice.analyses.measure import evaluate_measures
+from nsspice.analyses.transient.measure import evaluate_measures
 
 #: closed forms are integrated to rounding, and instants are sums of some hundred lengths
 EXACT = 1e-12

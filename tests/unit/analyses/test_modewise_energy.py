@@ -15,7 +15,7 @@ import nsspice
 EXACT = 1e-9
 
 
-def energy(deck: str) -> nsspice.analyses.energy.Energy:
+def energy(deck: str) -> nsspice.analyses.certificate.energy.Energy:
     """Return the balance of a mode-wise run, which must be whole and hold."""
     run = nsspice.tran(nsspice.read("energy\n" + deck), method="modewise", on_failure="ignore")
     found = run.certificate.energy

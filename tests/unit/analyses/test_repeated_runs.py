@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses import regularity
+from nsspice.analyses.certificate import regularity
 from nsspice.solvers.compiled import compiled
 from nsspice.solvers.intervals import Intervals
 from nsspice.solvers.moreau import Records
@@ -145,7 +145,7 @@ def test_solutions_can_be_sent_to_other_processes(text):
 
 @pytest.mark.parametrize(("text", "method"), [(IDEAL, "modewise"), (SMOOTH, "sdirk")])
 def test_what_an_engine_leaves_opens_as_arrays(text, method, monkeypatch):
-    from nsspice.analyses.examiner import Examiner
+    from nsspice.analyses.certificate.island_check import Examiner
 
     seen = []
     for name, kind in ("take", Records), ("take_intervals", Intervals):
@@ -176,7 +176,7 @@ def test_a_run_does_not_depend_on_the_clock(text, monkeypatch):
     """How long the core may stay away is no reason for other digits."""
     found = []
     for budget in (1e-9, 1e9):
-        monkeypatch.setattr(nsspice.analyses.island_runner, "BUDGET", budget)
+        monkeypatch.setattr(nsspice.analyses.transient.island_runner, "BUDGET", budget)
         # many rows in each segment
         found.append(numbers(nsspice.tran(nsspice.read(text), 20e-3, 2e-6, uic=True)))
     assert found[0][:3] == found[1][:3]

@@ -6,7 +6,7 @@ import pytest
 from chattering_deck import late_but_sound
 
 import nsspice
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.request.settings import Settings
 from nsspice.errors import StepError
 
 pytestmark = pytest.mark.usefixtures("runs_return")

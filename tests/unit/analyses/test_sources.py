@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.examiner import Examiner
-from nsspice.analyses.island_runner import IslandRunner
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.certificate.island_check import Examiner
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.settings import Settings
+from nsspice.analyses.transient.island_runner import IslandRunner
 
 #: one source of each kind that stands in a deck, at the same load
 DECK = "".join(

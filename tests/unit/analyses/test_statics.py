@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Dc
+from nsspice.analyses.request.cards import Dc
 from nsspice.errors import InfeasibleError, NetlistError, Span, UsageError
 from nsspice.netlist.deck import Sweep
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.sink import Sink
+from nsspice.analyses.request.row_sinks import Sink
 from nsspice.errors import InfeasibleError, NetlistError, UsageError
 
 RC = """RC

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses.variation import tolerance, tune
+from nsspice.analyses.studies.variation import tolerance, tune
 from nsspice.cli.app import app
 
 DIVIDER = """divider

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.circuit.needed import needed
+from nsspice.circuit.dependencies import needed
 
 TWO = """two islands, of which one is asked for
 V1 a 0 SIN(0 10 50)

@@ -7,7 +7,7 @@ import pytest
 
 from nsspice.circuit import build
 from nsspice.circuit.dlcp import dlcp_form
-from nsspice.circuit.reference import network_inputs, reference
+from nsspice.circuit.normal_form import network_inputs, reference
 from nsspice.circuit.theta import theta_terms
 from nsspice.errors import NsspiceError
 from nsspice.netlist import parse_text

@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses.settings import Settings
+from nsspice.analyses.request.settings import Settings
 from nsspice.cli.app import app
 from nsspice.compare.cost import CostReport, Measurement, make_reference, ngspice_ladders
 from nsspice.compare.cost.graph import Graph

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nsspice.analyses.curve import Curve
+from nsspice.analyses.signals.curve import Curve
 from nsspice.compare.norms import distance
 
 

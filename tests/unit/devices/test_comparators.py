@@ -9,8 +9,8 @@ import pytest
 
 import nsspice
 from nsspice.circuit.dlcp import dlcp_form
-from nsspice.devices.comparators import split
-from nsspice.netlist.expression import Expression
+from nsspice.devices.expressions.comparators import split
+from nsspice.netlist.expressions.expression import Expression
 
 SIGNALS = ("v(a)", "v(b)", "v(c)")
 

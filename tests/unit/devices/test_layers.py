@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.devices.broken_line import broken_line
-from nsspice.devices.stored_curve import StoredCurve
-from nsspice.netlist.expression import Expression
+from nsspice.devices.expressions.broken_line import broken_line
+from nsspice.devices.expressions.stored_curve import StoredCurve
+from nsspice.netlist.expressions.expression import Expression
 
 
 def run(text: str, signals: list[str], **options: object) -> nsspice.Solution:

@@ -31,7 +31,8 @@ CARDS = {
 )
 def test_characteristics_are_those_of_ngspice(card: str, sign: int, monkeypatch):
     """Both directions of the channel, the body blocks; with ngspice 39's constants of 2014."""
-    from nsspice.devices import level1_thermal, level3, thermal
+    from nsspice.devices.diodes import thermal
+    from nsspice.devices.mosfets import level1_thermal, level3
 
     monkeypatch.setattr(thermal, "BOLTZMANN", 1.38064852e-23)
     for module in (thermal, level1_thermal, level3):

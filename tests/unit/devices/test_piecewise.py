@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.statements import StatementCheck
+from nsspice.analyses.certificate.piecewise_check import StatementCheck
 from nsspice.circuit import ProblemClass
 from nsspice.devices.behaviour import linear_form
-from nsspice.devices.piecewise import piecewise, slope, value_of
-from nsspice.netlist.expression import Expression
+from nsspice.devices.expressions.piecewise import piecewise, slope, value_of
+from nsspice.netlist.expressions.expression import Expression
 
 SIGNALS = ("v(a)", "v(b)", "v(c)")
 #: exact in binary, so that thresholds are met exactly

@@ -11,11 +11,11 @@ from oracle.node_voltages import in_node_voltages
 import nsspice
 from nsspice.circuit import Circuit, MnaSystem, build
 from nsspice.circuit.explain import explain
-from nsspice.devices.antiderivative import antiderivative
+from nsspice.devices.expressions.antiderivative import antiderivative
 from nsspice.errors import NetlistError
 from nsspice.netlist import parse_text
-from nsspice.netlist.expression import Expression
-from nsspice.netlist.node import var
+from nsspice.netlist.expressions.expression import Expression
+from nsspice.netlist.expressions.node import var
 
 
 def circuit_of(text: str) -> Circuit:

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from nsspice.circuit import build
-from nsspice.devices.waveform import check_source, initial_value
+from nsspice.devices.sources.waveform import check_source, initial_value
 from nsspice.errors import NetlistError, Span
 from nsspice.netlist import parse_text
 from nsspice.netlist.deck import Source

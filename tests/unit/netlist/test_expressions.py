@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from nsspice.netlist import Expression, NetlistError
-from nsspice.netlist.function_values import SCALAR, array_functions
-from nsspice.netlist.functions import ARITY
+from nsspice.netlist.expressions.function_values import SCALAR, array_functions
+from nsspice.netlist.expressions.functions import ARITY
 
 #: arguments inside every domain and away from corners
 ARGUMENTS = {

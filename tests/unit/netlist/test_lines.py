@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from nsspice.netlist import NetlistError, parse_file, parse_text
-from nsspice.netlist.lines import logical_lines, physical_lines, without_comment
-from nsspice.netlist.source import decode
+from nsspice.netlist.text.lines import logical_lines, physical_lines, without_comment
+from nsspice.netlist.text.source import decode
 
 
 def texts(text: str) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from nsspice import read
-from nsspice.analyses.batch import jobs_of
+from nsspice.analyses.studies.batch import jobs_of
 from nsspice.errors import UsageError
 from nsspice.netlist import Deck, parse_text
 from nsspice.netlist.deck import DcCard, OpCard, TranCard

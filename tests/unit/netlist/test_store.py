@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from nsspice.netlist import store
+from nsspice.netlist.text import store
 
 DECK = "t\nR1 a 0 {2*x}\n.param x=3 y=(1)"
 RUN = f"from nsspice.netlist import parse_text; print(parse_text({DECK!r}).elements[0].value)"

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError
 from nsspice.output.csv import CsvSink
 

@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError, UsageError
-from nsspice.output.own import written_by_nsspice
+from nsspice.output.ownership import written_by_nsspice
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 import nsspice
-from nsspice.analyses import notebook_progress
+from nsspice.analyses.request import notebook_progress
 
 DECK = """RC <b>& more</b>
 .param r=1k

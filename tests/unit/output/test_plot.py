@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError, UsageError
 from nsspice.output.envelope import band, envelope
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError
 from nsspice.output.raw import write_raw
 

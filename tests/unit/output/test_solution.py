@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nsspice.analyses.names import canonical
-from nsspice.analyses.sink import Store
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.request.row_sinks import Store
+from nsspice.analyses.signals.signal_names import canonical
+from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError, UsageError
 
 

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from nsspice.analyses.certificate import Certificate
-from nsspice.analyses.solution import Impulse, IslandRun, JumpReport, Moved, Solution
+from nsspice.analyses.certificate.certificate import Certificate
+from nsspice.analyses.solution.solution import Impulse, IslandRun, JumpReport, Moved, Solution
 from nsspice.output.si import number, prefix
 
 

@@ -10,7 +10,7 @@ import nsspice
 from nsspice.screening import effects, search
 from nsspice.screening.bench import pool_of
 from nsspice.screening.candidates import candidates
-from nsspice.screening.prepared import beginning, prepared
+from nsspice.screening.comparison_basis import beginning, prepared
 from nsspice.screening.trial import attempt
 
 #: a peak detector whose leak takes a thousandth of the charge in 2 ms and 2 % of it in 40 ms,

@@ -7,9 +7,9 @@ import math
 import pytest
 
 import nsspice
-from nsspice.devices.thermal import thermal_voltage
+from nsspice.devices.diodes.thermal import thermal_voltage
 from nsspice.screening import effects
-from nsspice.screening.straight import straight
+from nsspice.screening.line_fit import straight
 
 BUCK = """buck with a Schottky diode, its card on two lines
 Vin in 0 24

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Tran
+from nsspice.analyses.request.cards import Tran
 from nsspice.errors import NsspiceError
 from nsspice.netlist.deck import TranCard
 from nsspice.problems.descriptor import DescriptorSystem

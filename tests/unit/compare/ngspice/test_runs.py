@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Dc, Op
+from nsspice.analyses.request.cards import Dc, Op
 from nsspice.compare import ngspice
 from nsspice.compare.ngspice import NgspiceError, Options, batch, process
 from nsspice.errors import UsageError

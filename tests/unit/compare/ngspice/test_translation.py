@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.cards import Op, Tran
+from nsspice.analyses.request.cards import Op, Tran
 from nsspice.compare import ngspice
 from nsspice.compare.ngspice import translate
 from nsspice.compare.ngspice.expression import spice_expression
 from nsspice.compare.ngspice.names import Names
 from nsspice.compare.ngspice.waveform import source_text
 from nsspice.errors import UsageError
-from nsspice.netlist.expression import Expression
+from nsspice.netlist.expressions.expression import Expression
 from nsspice.problems.descriptor import Waveform
 
 
@@ -177,7 +177,7 @@ def test_linear_elements_mean_the_same():
 
 
 def fine_step():
-    from nsspice.analyses.batch import Request
+    from nsspice.analyses.studies.batch import Request
 
     # theta = 1 is of first order: 20 ns on time constants of 20 us and more
     return Request(step=2e-8)
@@ -230,7 +230,7 @@ def test_initial_conditions():
 
 
 def fine_step_of(step: float):
-    from nsspice.analyses.batch import Request
+    from nsspice.analyses.studies.batch import Request
 
     return Request(step=step)
 

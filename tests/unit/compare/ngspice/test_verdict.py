@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsspice.analyses.cards import Tran
-from nsspice.analyses.solution import Solution
+from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.solution.solution import Solution
 from nsspice.compare.ngspice import NgspiceRun, Options, Translation
 from nsspice.compare.ngspice.deck_writer import Substitute
 from nsspice.compare.ngspice.verdict import band, default_slack, distances

@@ -1,0 +1,273 @@
+"""The certificate of one island: feeds what an engine recorded to the checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...circuit import MnaSystem
+from ...devices.signals import shown
+from ...errors import Diagnostic
+from ...problems.csc import Csc, Floats
+from ...problems.descriptor import DescriptorSystem
+from ...solvers.audit import Auditor
+from ...solvers.compiled import shows_passive
+from ...solvers.intervals import Recording
+from ...solvers.moreau import Recorded
+from ...solvers.stepper import Jump
+from .certificate import Certificate
+from .energy import Energy, Jumped, worse
+from .impulses import delivered, start_of, stored_functions
+from .uniqueness import Watcher
+
+if TYPE_CHECKING:
+    from .comparison_check import ComparisonCheck
+    from .expression_check import ExpressionCheck
+    from .piecewise_check import StatementCheck
+
+#: Numbers recorded at most if every step is: some milliseconds of checking.
+_ALL = 40_000
+#: Otherwise one of so many steps is recorded, and those that change the mode: each of the first
+#: thousand, later as many as cost little beside the run.
+_EVERY = 128
+_WINDOW = 1
+
+
+def sampling(steps: float, size: int) -> tuple[int, int]:
+    """Return which steps to record, for a run of so many steps of a system of a size.
+
+    Examples
+    --------
+    >>> sampling(1000, 10), sampling(1e7, 10)
+    ((1, 1), (128, 1))
+    """
+    return (1 if steps * size <= _ALL else _EVERY), _WINDOW
+
+
+class Examiner:
+    """Checks the recorded steps of one island.
+
+    Parameters
+    ----------
+    mna : MnaSystem
+    H, Hs : Csc, optional
+        Averaging terms of the scheme.
+    system : DescriptorSystem, optional
+        What was solved, if it is not the system of ``mna`` (the points of a sweep).
+    frozen : float, optional
+        The time that smooth functions see [s], if that of the records counts something else.
+    step : float, optional
+        Solver step [s]; None where nothing is stored.
+    timed : bool
+        The records are of instants, at which sources have the values of their waveforms.
+    """
+
+    def __init__(
+        self,
+        mna: MnaSystem,
+        H: Csc | None = None,
+        Hs: Csc | None = None,
+        system: DescriptorSystem | None = None,
+        frozen: float | None = None,
+        step: float | None = None,
+        timed: bool = False,
+    ) -> None:
+        self.mna, self.frozen = mna, frozen
+        smooth = mna.system.smooth is not None
+        self._written = _expressions(mna) if smooth and mna.layout.readings else None
+        self._compared = _comparisons(mna, frozen) if mna.layout.compared else None
+        self._stated = _statements(mna, frozen) if mna.layout.stated else None
+        #: points of other schemes than the implicit one hold averages
+        self._averaged = H is not None
+        system = system or mna.system
+        self.auditor = Auditor(system, H, Hs, timed)
+        self._step = step
+        #: each record is a solution at an instant; the end of an implicit step lies beside an event
+        self._pointwise = step is None and mna.system.static
+        self._active: Watcher | None = None
+        passive = shows_passive(system)
+        #: what smooth laws store is no form of their unknowns, so that its energy is not known here
+        self._passive = passive and system.smooth is None
+        if not passive:
+            self._active = Watcher(system, H, step)
+
+    def take(self, records: Recorded) -> None:
+        """Check recorded steps."""
+        if not len(records):
+            return
+        if self._active is not None:
+            self._active.take(records)
+        if self._written is not None:
+            self._written.take(records.time, records.z, records.u)
+        if self._compared is not None and self._pointwise:
+            self._compared.take_points(records.time, records.z, records.lam, records.u)
+        if self._stated is not None and not self._averaged:
+            self._stated.take_points(records.time, records.z, records.lam, records.u)
+        self.auditor.check(records, self.frozen)
+
+    def take_intervals(self, intervals: Recording) -> None:
+        """Check recorded intervals of continuous solutions."""
+        if self._written is not None:
+            time = intervals.time.ravel()
+            z, u = (v.reshape(time.size, v.shape[-1]) for v in (intervals.z, intervals.u))
+            self._written.take(time, z, u)
+        for check in (self._compared, self._stated):
+            if check is not None:
+                check.take_intervals(
+                    intervals.begin,
+                    intervals.end,
+                    np.isfinite(intervals.doubt),
+                    intervals.time,
+                    intervals.z,
+                    intervals.lam,
+                    intervals.u,
+                )
+        self.auditor.check_intervals(intervals)
+
+    def certificate(
+        self,
+        steps: int,
+        undetermined: int,
+        jumps: Sequence[Jump] = (),
+        start: tuple[Floats, float] | None = None,
+        kept: bool = True,
+        sums: Mapping[str, float] | None = None,
+    ) -> Certificate:
+        """Return the verdict on a run.
+
+        Parameters
+        ----------
+        steps, undetermined : int
+            Accepted steps, and those from a mode that leaves something open.
+        jumps : sequence of Jump
+        start : (ndarray, float) or None
+            Charges (n,) and energy [J] from which the run started.
+        kept : bool
+            False if there were more jumps than are kept.
+        sums : mapping, optional
+            Energies of all steps, from the stepper that was accompanied.
+        """
+        audit = self.auditor
+        balance, jumped = 0.0, Jumped()
+        for number, jump in enumerate(jumps):
+            charges, before = start_of(self.mna, jump, start if number == 0 else None)
+            after = self.mna.system.E.dot(jump.after)
+            reached_functions = stored_functions(self.mna, jump, jump.after)
+            moved = after + reached_functions - charges
+            sizes = np.abs(charges) + np.abs(reached_functions)
+            reached = self.mna.system.stored_energy(jump.after)
+            given = delivered(self.mna, jump)
+            error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
+            balance = error if worse(error, balance) else balance
+            jumped.add(before, reached, given)
+        found = audit.result()
+        # what changes without a report is a jump that nobody accounts for
+        balance = found["boundaries"] if worse(found["boundaries"], balance) else balance
+        energy = None
+        if sums is not None:
+            energy = Energy.of_run(sums, jumped, (found["steps"], steps), kept)
+        laws, worst = found["laws"], self._name(found["worst_row"])
+        source = found.get("worst_source")
+        if source is not None and worse(found["sources"], laws):
+            laws, worst = found["sources"], self._source(source)
+        gate = found.get("worst_gate")
+        if gate is not None and worse(found["gates"], laws):
+            laws, worst = found["gates"], f"the gate of {self.mna.pair_elements[gate]}"
+        written = self._written
+        if written is not None and written.worst is not None and worse(written.error, laws):
+            laws, worst = written.error, f"the expression {shown(written.worst.expression)}"
+        stated = self._stated
+        if stated is not None and stated.worst is not None and worse(stated.error, laws):
+            laws, worst = stated.error, f"the expression {shown(stated.worst.expression)}"
+        if self._compared is not None and (wrong := self._compared.worst) is not None:
+            laws, worst = 1.0, f"the comparison {shown(wrong.comparison)} of {wrong.element}"
+        return Certificate(
+            laws,
+            found["complementarity"],
+            found["checks"],
+            undetermined,
+            energy,
+            balance,
+            worst,
+            self.several,
+        )
+
+    @property
+    def several(self) -> tuple[str, ...]:
+        """Set-valued elements of an island whose steps may have several solutions."""
+        if self._active is None or not self._active.verdict().several:
+            return ()
+        switched = self.mna.system.switched
+        names = (e for k, e in enumerate(self.mna.pair_elements) if k not in switched)
+        return tuple(dict.fromkeys(names))
+
+    def warnings(self) -> list[Diagnostic]:
+        """Return what the user should know about an active island."""
+        if self._active is None:
+            return []
+        found = self._active.verdict()
+        out = []
+        if several := self.several:
+            out.append(
+                Diagnostic(
+                    "NS3050",
+                    f"controlled sources feed back on {_list(several)}: a step may have several "
+                    "solutions, the one nearest to the step before is taken",
+                    hint="choose with initial values of what is stored (IC=, .ic), or of the DC "
+                    "solution (.nodeset)",
+                    severity="warning",
+                )
+            )
+        if self._step is not None and found.growth * self._step > 1.0:
+            out.append(
+                Diagnostic(
+                    "NS3051",
+                    f"a mode grows with {found.growth:.3g} 1/s, {found.growth * self._step:.3g} "
+                    "times per step: the implicit step goes past it and may tend to an unstable "
+                    "rest",
+                    hint=f"take a step below {0.5 / found.growth:.1e} s",
+                    severity="warning",
+                )
+            )
+        return out
+
+    def _source(self, column: int) -> str:
+        """Return the source of a column: an element, or the node that it feeds."""
+        S = self.mna.system.S
+        row = int(S.indices[S.columns == column][0])
+        element = self.mna.row_elements[row]
+        return element if element is not None else f"the source at node {self.mna.row_nodes[row]}"
+
+    def _name(self, row: int | None) -> str:
+        """Return the law of a row: an element, or the current law of a node."""
+        if row is None:
+            return ""
+        element = self.mna.row_elements[row]
+        return element if element is not None else f"node {self.mna.row_nodes[row]}"
+
+
+def _expressions(mna: MnaSystem) -> ExpressionCheck:
+    """Return the check of the expressions of a deck; most have none."""
+    from .expression_check import ExpressionCheck
+
+    return ExpressionCheck(mna)
+
+
+def _comparisons(mna: MnaSystem, frozen: float | None) -> ComparisonCheck:
+    """Return the check of the comparisons of a deck; most have none."""
+    from .comparison_check import ComparisonCheck
+
+    return ComparisonCheck(mna, frozen)
+
+
+def _statements(mna: MnaSystem, frozen: float | None) -> StatementCheck:
+    """Return the check of piecewise-linear expressions; most decks have none."""
+    from .piecewise_check import StatementCheck
+
+    return StatementCheck(mna, frozen)
+
+
+def _list(names: Sequence[str]) -> str:
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

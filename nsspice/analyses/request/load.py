@@ -1,0 +1,123 @@
+"""From a path or text to a circuit, again and again with other parameter values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ...circuit import Circuit, build
+from ...circuit.build import completed
+from ...errors import Diagnostic, NetlistError, UsageError
+from ...netlist import parse_file, parse_text
+from ...netlist.deck import Deck
+from .arguments import finite
+
+
+def read(
+    source: str | Path, params: Mapping[str, float] | None = None, *, confined: bool = False
+) -> Circuit:
+    """Read a netlist and check everything that can be checked without solving it.
+
+    Parameters
+    ----------
+    source : str or Path
+        A file name, or the netlist itself if it has more than one line.
+    params : mapping of str to float, optional
+        Values that replace those of top-level ``.param`` cards.
+    confined : bool
+        Whether files from outside of the netlist's folder are refused: what a service does with
+        decks of strangers, who could have its own files quoted in messages.
+
+    Returns
+    -------
+    Circuit
+
+    Raises
+    ------
+    NetlistError, TopologyError
+        With all findings of the deck.
+    UsageError
+        NS1083 for a parameter that the deck does not have.
+
+    Examples
+    --------
+    >>> circuit = read('''divider
+    ... .param r=1k
+    ... V1 a 0 1
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... ''', params={"r": 3e3})
+    >>> circuit.default_signals()
+    ['v(a)', 'v(b)', 'i(v1)']
+    """
+    return build(read_deck(source, params, confined=confined))
+
+
+def need_circuit(circuit: object) -> None:
+    """Raise TypeError for anything but a circuit: a netlist must be read first."""
+    if not isinstance(circuit, Circuit):
+        raise TypeError(
+            f"a Circuit is needed, not {type(circuit).__name__}: make one with nsspice.read(...)"
+        )
+
+
+def read_deck(
+    source: str | Path,
+    params: Mapping[str, float] | None = None,
+    file: str = "<netlist>",
+    *,
+    confined: bool = False,
+) -> Deck:
+    """Return the deck of a file or text, which remembers how to be read again.
+
+    Parameters
+    ----------
+    source : str or Path
+    params : mapping of str to float, optional
+    file : str
+        Name for the messages about a text.
+    confined : bool
+        Whether files from outside of the folder are refused.
+
+    Raises
+    ------
+    NetlistError
+        With what cannot be read, and what is wrong with the values of all other lines.
+    UsageError
+        NS1083 for a parameter that the deck does not have, NS4005 for a value that is no number.
+    """
+    if not isinstance(source, str | Path):
+        raise TypeError(
+            f"a netlist is read from a file name or from its text, not from {type(source).__name__}"
+        )
+    given = dict(params or {})
+    for name, value in given.items():
+        if not finite(value):
+            message = f"parameter {name} cannot be {value!r}"
+            raise UsageError(Diagnostic("NS4005", message, hint="give a finite number"))
+    try:
+        if isinstance(source, Path) or (source.strip() and "\n" not in source):
+            deck = parse_file(source, given or None, confined)
+        else:
+            deck = parse_text(source, file, given or None, confined=confined)
+            deck.source = source
+    except NetlistError as error:
+        raise completed(error) from error
+    unknown = [w for w in deck.warnings if w.code == "NS1083" and w.span is None]
+    if unknown:  # a name of a .step card has a place
+        raise UsageError([replace(w, severity="error") for w in unknown])
+    deck.overrides, deck.confined = given, confined
+    return deck
+
+
+def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
+    """Return the circuit of a deck with some parameters changed."""
+    given = {**deck.overrides, **params}
+    source: str | Path = deck.source or Path(deck.file)
+    return build(read_deck(source, given, deck.file, confined=deck.confined))
+
+
+def again(deck: Deck, params: Mapping[str, float]) -> Circuit:
+    """Return the circuit of a deck, read again only if some parameters are changed."""
+    return read_again(deck, params) if params else build(deck)

@@ -1,0 +1,170 @@
+"""The first state of a transient: DC solution, ``.ic`` voltages, or given initial values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from ...circuit import Circuit, MnaSystem
+from ...devices import Inductor
+from ...devices.expressions.block_input import BlockInput
+from ...devices.expressions.expression_nodes import complete
+from ...devices.sources.waveform import initial_value
+from ...errors import Span
+from ...problems.descriptor import DescriptorSystem
+from ...solvers.moreau import MoreauStepper
+from ...solvers.stepper import Stepper
+from ..request.cards import Tran
+from ..request.pinned import hold
+from ..signals.curve import Floats
+from .dc_start import start_dc, without_storage
+from .stable_branch import at_rest
+
+
+def start(
+    circuit: Circuit,
+    mna: MnaSystem,
+    stepper: Stepper,
+    analysis: Tran,
+    step: float | None,
+) -> tuple[Floats, float] | None:
+    """Put a stepper into its first state.
+
+    With ``uic`` the charges and fluxes of ``IC=`` and ``.ic`` are taken and an impulsive step
+    resolves what is inconsistent.  Without it the DC solution is found, near ``.nodeset`` and with
+    the nodes of ``.ic`` held by voltage sources that are removed at t = 0; inductors across these
+    begin without a current.  Where nothing is stored, ``.ic`` says which solution is meant, too.
+
+    Returns
+    -------
+    (ndarray, float) or None
+        Charges and fluxes (n,) from which the run starts, and their energy [J]; None for a DC
+        solution that no ideal edge of a source changes at once.
+
+    Raises
+    ------
+    UnsolvedStep
+        If there is no such state.
+    """
+    held = initial_voltages(circuit, mna)
+    near = None
+    if step is not None and analysis.uic:
+        charges, energy = mna.initial_state(held)
+        near = at_rest(mna, charges, step)
+    elif step is not None and held:
+        wanted = {**_voltages(circuit.deck.nodesets, mna), **held}
+        stepper.dc_point = _held_point(mna, held, wanted)
+        charges, energy = _stored(mna.system, stepper.dc_point[0])
+    else:
+        guess = guess_of(circuit, mna, held)
+        if guess is None:
+            guess = at_rest(mna, None, step)
+        point = start_dc(stepper, partial(without_storage, mna.system), guess)
+        stepper.leave_dc()
+        return _stored(mna.system, point) if step is not None and stepper.jumps else None
+    stepper.start_charges(0.0, charges, step, near)
+    return charges, energy
+
+
+def initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
+    """Return the voltages of ``.ic`` by node [V]."""
+    return _voltages(circuit.deck.initial, mna)
+
+
+def guess_of(
+    circuit: Circuit, mna: MnaSystem, more: Mapping[str, float] | None = None
+) -> tuple[Floats, Floats] | None:
+    """Return the ``.nodeset`` voltages as a point to stay close to, None without any.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    mna : MnaSystem
+        Of the island.
+    more : mapping of str to float, optional
+        Voltages [V] by node that go before those of ``.nodeset``.
+    """
+    return _point_near({**_voltages(circuit.deck.nodesets, mna), **(more or {})}, mna, mna.system)
+
+
+def _point_near(
+    near: Mapping[str, float], mna: MnaSystem, system: DescriptorSystem
+) -> tuple[Floats, Floats] | None:
+    """Return a guess of unknowns (n,) and multipliers (m,) at node voltages, None without any."""
+    if not near:
+        return None
+    z = np.zeros(system.n)
+    layout = mna.layout
+    for node, index in layout.nodes.items():
+        if index >= 0:
+            z[index] = near.get(node, 0.0) - near.get(layout.before(node), 0.0)
+    complete(mna.layout, z)
+    return z, _conducting(system, z)
+
+
+def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
+    """Return a trace of current for the pairs that conduct at given node voltages, shape (m,).
+
+    A voltage at which a diode conducts is where its slack ends: without a current it would count as
+    blocking there.
+    """
+    slack = system.q - system.B.dot(z)
+    touched = system.B.abs().dot(np.abs(z)) > 0.0
+    near = slack <= 1e-3 * np.abs(z).max(initial=0.0)
+    return np.where(touched & near, 1e-6, 0.0)
+
+
+def given_voltages(
+    cards: Mapping[str, object], mna: MnaSystem
+) -> dict[str, tuple[float, Span | None]]:
+    """Return the voltages [V] given for nodes of this island, and where they stand."""
+    found = {}
+    # what another block hands on is given there
+    others = {device.ends[0] for device in mna.devices if isinstance(device, BlockInput)}
+    for node, param in cards.items():
+        value = getattr(param, "value", param)
+        own = node not in others and mna.layout.nodes.get(node, -1) >= 0
+        if own and isinstance(value, int | float):
+            found[node] = float(value), getattr(param, "span", None)
+    return found
+
+
+def _voltages(cards: Mapping[str, object], mna: MnaSystem) -> dict[str, float]:
+    """Return the voltages [V] given for nodes of this island."""
+    return {node: value for node, (value, _) in given_voltages(cards, mna).items()}
+
+
+def _held_point(
+    mna: MnaSystem, held: Mapping[str, float], near: Mapping[str, float]
+) -> tuple[Floats, Floats]:
+    """Return the DC solution near some voltages with some nodes held, shapes (n,) and (m,).
+
+    An inductor across held nodes would be a short circuit there: the sources carry what flows.
+    """
+    layout, fixed = mna.layout, {*held, "0"}
+    inductors = [d for d in mna.devices if isinstance(d, Inductor)]
+    loose = [layout.branches[d.name] for d in inductors if fixed.issuperset(d.nodes)]
+    system = hold(mna.system, [(layout.voltage(k, "0"), v) for k, v in held.items()], loose)
+    guess = _point_near(near, mna, system)
+    stepper = MoreauStepper(system, ())
+    point = start_dc(stepper, partial(without_storage, system), guess)
+    return point[: mna.system.n], stepper.state[1]
+
+
+def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:
+    """Return charges and fluxes (n,) and energy [J] at a static point (n,)."""
+    charges = system.E.dot(point) + _smooth_charges(system, point)
+    return charges, system.stored_energy(point)
+
+
+def _smooth_charges(system: DescriptorSystem, point: Floats) -> Floats:
+    """Return the charges and fluxes of the smooth laws at a point (n,) at t = 0, shape (n,)."""
+    if system.smooth is None or not system.smooth.Q.data.size:
+        return np.zeros(system.n)
+    from ...solvers.moreau import function_values
+
+    sources = np.array([[initial_value(waveform) for waveform in system.waveforms]])
+    functions = function_values(system.smooth.tape, point[np.newaxis], sources, np.zeros(1))
+    return system.smooth.Q.dot(functions[0])

@@ -1,0 +1,316 @@
+"""How averages in the periodic steady state depend on the elements, exactly.
+
+A change of an element acts like a source in its place, driven by what the element itself sees; the
+perturbation of the orbit by it is a closed form across all switchings, whose instants move with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...circuit import Circuit, MnaSystem
+from ...devices import Capacitor, CurrentSource, Device, Inductor, Resistor, VoltageSource
+from ...devices.outputs import scaled
+from ...errors import Diagnostic, NsspiceError, StepError, UsageError
+from ...netlist.deck import PssCard
+from ...problems.descriptor import Functional
+from ...solvers.orbit import NoDerivative
+from ...solvers.step_maps import Stimuli
+from ..request.load import need_circuit
+from ..request.values import checked_values
+from ..signals.curve import Floats
+from ..signals.signal_names import canonical
+from ..solution.solution import Solution
+from .orbit_response import at_orbit
+from .steady_failure import no_derivative
+from .steady_state import Orbit, Pss, find_orbits
+from .stepped_response import SteppedResponse
+from .stimuli import Entries, with_columns
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """How the average of a signal, or a measure, depends on one element or parameter.
+
+    Parameters
+    ----------
+    signal : str
+        Or the name of a measure.
+    element : str
+        Or the name of a parameter.
+    value : float
+        Of the element [Ohm, H, F, V or A].
+    average : float
+        Of the signal [V or A], or the measure.
+    derivative : float
+        Of the average by the value.
+    error : float or None
+        Bound of the error of the derivative of a measure; None where it is exact.
+    """
+
+    signal: str
+    element: str
+    value: float
+    average: float
+    derivative: float
+    error: float | None = None
+
+    @property
+    def relative(self) -> float:
+        """Value times derivative: the change for a change of the value by 100 % [V or A]."""
+        return self.value * self.derivative
+
+
+@dataclass(frozen=True, slots=True)
+class ElementValue:
+    """An element as a stimulus: where it enters, what drives it (None: a constant), its value."""
+
+    name: str
+    entries: Entries
+    driver: Functional | None
+    value: float
+
+
+def parameter_of(device: Device, mna: MnaSystem, coupled: frozenset[str]) -> ElementValue | None:
+    """Return the parameter of an element, None if it has none that is known here."""
+    layout = mna.layout
+    if isinstance(device, VoltageSource):
+        value = device.source.dc or 0.0
+        return ElementValue(device.name, ((layout.branches[device.name], -1.0),), None, value)
+    if isinstance(device, CurrentSource):
+        entries = tuple(layout.voltage(*device.ends, -device.m))
+        return ElementValue(device.name, entries, None, device.source.dc or 0.0)
+    if isinstance(device, Resistor | Capacitor) and device.value:
+        current = device.current(layout)
+        if device.name in layout.branches:
+            return None
+        sign = -1.0 if isinstance(device, Resistor) else 1.0
+        entries = tuple(layout.voltage(*device.ends, -1.0))
+        return ElementValue(
+            device.name, entries, scaled(current, sign / device.value), device.value
+        )
+    if isinstance(device, Inductor) and device.value and device.name not in coupled:
+        branch = layout.branches[device.name]
+        rate = Functional(dz=((branch, device.inductance(layout) / device.value),))
+        return ElementValue(device.name, ((branch, -1.0),), rate, device.value)
+    return None
+
+
+def sens(
+    circuit: Circuit,
+    signals: Sequence[str],
+    elements: Sequence[str] | None = None,
+    *,
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+) -> list[Sensitivity]:
+    """Find how averages in the periodic steady state depend on elements.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    signals : sequence of str
+        Voltages and currents.
+    elements : sequence of str, optional
+        R, L, C, and V or I (a constant added to the source); all of them by default.
+    temperature, values
+        As for :func:`nsspice.tran`.
+
+    Returns
+    -------
+    list of Sensitivity
+        Signal by signal, the elements with the largest effect first.
+
+    Raises
+    ------
+    NumericalError
+        NS3060 where there is no derivative, NS3062 without an orbit.
+    UsageError
+        NS4005 for an element that has no such parameter.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''chopped divider
+    ... V1 a 0 PULSE(0 1 0 0 0 5u 10u)
+    ... R1 a b 1k
+    ... R2 b 0 1k
+    ... C1 b 0 10n
+    ... ''')
+    >>> [(s.element, round(s.derivative * 1e3, 9)) for s in nsspice.sens(circuit, ["v(b)"], ["r1"])]
+    [('r1', -0.125)]
+    """
+    need_circuit(circuit)
+    card = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
+    analysis = Pss() if card is None else Pss.from_card(card)
+    if analysis.trigger is not None:
+        raise UsageError(
+            Diagnostic(
+                "NS4021",
+                "sensitivities of a circuit whose period is free are not computed",
+                analysis.span,
+                "take differences of two runs",
+            )
+        )
+    keys = [canonical(name) for name in signals]
+    parts = {key: circuit.parts(key) for key in keys}
+    given = checked_values(circuit, values)
+    _, orbits = find_orbits(circuit, analysis, temperature, given)
+    wanted = None if elements is None else [name.lower() for name in elements]
+    found: dict[tuple[str, str], Sensitivity] = {}
+    known: set[str] = set()
+    for home, orbit in enumerate(orbits):
+        local = list(dict.fromkeys(n for t in parts.values() for h, n, _ in t if h == home))
+        if orbit is None:
+            continue
+        table = _of_island(orbit, local, wanted, analysis)
+        known |= {name for name, _, _ in table.values()} | {name for name, _ in table}
+        for key in keys:
+            for h, part, factor in parts[key]:
+                for (name, signal), (_, value, (average, slope)) in table.items():
+                    if h != home or signal != part:
+                        continue
+                    before = found.get((key, name))
+                    mean = factor * average + (before.average if before else 0.0)
+                    total = factor * slope + (before.derivative if before else 0.0)
+                    found[key, name] = Sensitivity(key, name, value, mean, total)
+    for name in wanted or ():
+        if name not in known:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"{name} has no value by which an average could be differentiated",
+                    hint="R, C, L without coupling, V and I of parts that store something have one",
+                )
+            )
+    order = {key: k for k, key in enumerate(keys)}
+    return sorted(found.values(), key=lambda s: (order[s.signal], -abs(s.relative)))
+
+
+def _of_island(
+    orbit: Orbit, names: Sequence[str], wanted: Sequence[str] | None, analysis: Pss
+) -> dict[tuple[str, str], tuple[str, float, tuple[float, float]]]:
+    """Return name, value and (average, derivative) by element and signal of one island."""
+    mna = orbit.mna
+    coupled = frozenset(name for d in mna.devices if d.letter == "k" for name in d.controls)
+    parameters = [
+        p
+        for d in mna.devices
+        if wanted is None or d.name in wanted
+        for p in (parameter_of(d, mna, coupled),)
+        if p is not None
+    ]
+    drivers = [p.driver for p in parameters if p.driver is not None]
+    outputs = [*map(mna.functional, names), *drivers]
+    places = iter(range(len(names), len(outputs)))
+    numbers = [None if p.driver is None else next(places) for p in parameters]
+    if orbit.stepped:
+        found = _by_steps(orbit, parameters, outputs, analysis)
+    else:
+        found = _exact(orbit, parameters, outputs, numbers, analysis)
+    if found is None:
+        raise StepError(
+            Diagnostic(
+                "NS3065",
+                "no sensitivities: nothing pulls the orbit back, or a mode has a double rate",
+                analysis.span,
+                "change a value a little, or damp what is free",
+            ),
+            time=0.0,
+            residual=float("nan"),
+        )
+    table, means = found
+    result = {}
+    for k, parameter in enumerate(parameters):
+        for j, name in enumerate(names):
+            slope = float(table[j, k])
+            if name == f"i({parameter.name})" and parameter.driver is not None:
+                # the element's own law depends on its value, too
+                number = numbers[k]
+                slope += 0.0 if name[2] == "l" or number is None else float(means[number])
+            result[parameter.name, name] = parameter.name, parameter.value, (float(means[j]), slope)
+    return result
+
+
+def _exact(
+    orbit: Orbit,
+    parameters: Sequence[ElementValue],
+    outputs: Sequence[Functional],
+    numbers: list[int | None],
+    analysis: Pss,
+) -> tuple[Floats, Floats] | None:
+    """Return derivatives of the averages of outputs, (outputs, parameters), and the averages."""
+    stimulated = with_columns(orbit.system, {p.name: p.entries for p in parameters})
+    try:
+        period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
+    except NoDerivative as problem:
+        raise no_derivative(problem, orbit.mna, analysis.span) from problem
+    rated = any(p.driver is not None and p.driver.dz for p in parameters)
+    if rated and period_map.core.jumps():
+        # where its voltage jumps the current of a capacitor has an impulse, no closed form
+        return _by_steps(orbit, parameters, outputs, analysis)
+    flat = period_map.core.sensitivities(numbers)
+    if flat is None:
+        return None
+    means = period_map.core.coefficients(np.zeros(1), 0.0, orbit.found.period)[::2]
+    return flat.reshape(len(outputs), len(parameters)), means
+
+
+def _by_steps(
+    orbit: Orbit,
+    parameters: Sequence[ElementValue],
+    outputs: Sequence[Functional],
+    analysis: Pss,
+) -> tuple[Floats, Floats] | None:
+    """Return the same of an orbit that was found by steps with error control."""
+    rows = np.zeros((orbit.mna.system.n, len(parameters)))
+    drivers: list[tuple[Functional | None, bool]] = []
+    for k, parameter in enumerate(parameters):
+        for row, value in parameter.entries:
+            rows[row, k] += value
+        driver = parameter.driver
+        stored = driver is not None and bool(driver.dz)
+        # charges and fluxes instead of their rates: they may jump
+        drivers.append((Functional(z=driver.dz) if driver and stored else driver, stored))
+    response = SteppedResponse(orbit, outputs, Stimuli(rows, {}, drivers), analysis)
+    table = response(np.zeros(1), np.zeros(1))[0, 0].real
+    if not np.isfinite(table).all():
+        return None
+    return table, response.finest.means()
+
+
+def add_sensitivities(
+    circuit: Circuit,
+    solution: Solution,
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+) -> None:
+    """Compute what ``.sens`` cards ask for, of an orbit or the operating point; else a warning."""
+    from .transfer import op_sensitivities
+
+    compute = op_sensitivities if solution.analysis == "op" else sens
+    for card in circuit.deck.sensitivities:
+        if not card.signals:
+            continue  # of measures
+        try:
+            solution.sensitivities += compute(
+                circuit,
+                card.signals,
+                card.elements or None,
+                temperature=temperature,
+                values=values,
+            )
+        except NsspiceError as problem:
+            found = problem.diagnostics[0]
+            solution.warnings.append(
+                Diagnostic(
+                    found.code,
+                    f".sens is left out: {found.message}",
+                    card.span,
+                    found.hint,
+                    severity="warning",
+                )
+            )

@@ -1,0 +1,205 @@
+"""``.tf`` and ``.sens`` about the operating point: DC gains, and derivatives by elements."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...circuit import Circuit
+from ...devices import CurrentSource, VoltageSource
+from ...errors import Diagnostic, Span, UsageError
+from ...netlist.deck import TfCard
+from ..request.row_sinks import Sink, hand_over
+from ..signals.signal_names import canonical
+from ..solution.solution import Solution
+from ..static.statics import op
+from .adjoint import adjoint
+from .linearised import Complexes, Point, operating_point, respond
+from .sensitivity import Sensitivity, parameter_of
+from .stimuli import injection
+
+_DC: Complexes = np.zeros(1, complex)
+
+
+@dataclass(frozen=True, slots=True)
+class Tf:
+    """What is asked for.
+
+    Parameters
+    ----------
+    output : str
+        A voltage, or the current of a voltage source.
+    source : str
+    span : Span or None
+        Of the card.
+    """
+
+    output: str
+    source: str
+    span: Span | None = None
+
+    @classmethod
+    def from_card(cls, card: TfCard) -> Tf:
+        """Return the analysis of a card."""
+        return cls(card.output, card.source, card.span)
+
+
+def run_tf(
+    circuit: Circuit,
+    analysis: Tf,
+    *,
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+    sink: Sink | None = None,
+) -> Solution:
+    """Find DC gain, input resistance and output resistance about the operating point.
+
+    Returns
+    -------
+    Solution
+        One row: ``transfer_function``, ``input_resistance`` and ``output_resistance`` [Ohm].
+    """
+    begin = clock.perf_counter()
+    output, name = canonical(analysis.output), analysis.source
+    source = next((d for d in circuit.devices if d.name == name), None)
+    if not isinstance(source, VoltageSource | CurrentSource):
+        message = f".tf: {name} is no V or I of the circuit"
+        raise UsageError(Diagnostic("NS4005", message, analysis.span, "name a source"))
+    a, b = source.ends
+    own = f"i({name})" if isinstance(source, VoltageSource) else _voltage(a, b)
+    gain, seen = _gains(circuit, {name: 1.0}, [output, own], temperature, values)
+    found = {
+        "transfer_function": gain,
+        "input_resistance": _over(-1.0, seen) if isinstance(source, VoltageSource) else -seen,
+    }
+    if output.startswith("v("):
+        nodes = [*output[2:-1].split(","), "0"][:2]
+        push = {injection(n): sign for n, sign in zip(nodes, (1.0, -1.0), strict=True) if n != "0"}
+        found["output_resistance"] = _gains(circuit, push, [output], temperature, values)[0]
+    else:
+        (through,) = _gains(circuit, {output[2:-1]: 1.0}, [output], temperature, values)
+        found["output_resistance"] = _over(-1.0, through)
+    solution = Solution(
+        "tf",
+        circuit.deck.title,
+        "",
+        np.zeros(1),
+        {k: np.array([v + 0.0]) for k, v in found.items()},
+        list(found),
+        wall_time=clock.perf_counter() - begin,
+    )
+    hand_over(solution, sink)
+    return solution
+
+
+def _voltage(a: str, b: str) -> str:
+    return f"v({a},{b})" if b != "0" else f"v({a})"
+
+
+def _over(one: float, other: float) -> float:
+    return one / other if other else float("inf")
+
+
+def _gains(
+    circuit: Circuit,
+    stimuli: Mapping[str, complex],
+    outputs: Sequence[str],
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+) -> list[float]:
+    """Return what stimuli make of signals at 0 Hz."""
+    parts = [circuit.parts(name) for name in outputs]
+    found = [0.0] * len(outputs)
+    for home in sorted({h for terms in parts for h, _, _ in terms}):
+        point = operating_point(circuit, circuit.islands[home], stimuli, temperature, values)
+        if not point.stimulated.columns:
+            continue
+        local = [n for terms in parts for h, n, _ in terms if h == home]
+        functionals = [point.stimulated.functional(point.mna, n) for n in local]
+        response = iter(respond(point, functionals, _DC, stimuli)[0].real)
+        for k, terms in enumerate(parts):
+            for h, _, factor in terms:
+                if h == home:
+                    found[k] += factor * float(next(response))
+    return found
+
+
+def op_sensitivities(
+    circuit: Circuit,
+    signals: Sequence[str],
+    elements: Sequence[str] | None = None,
+    *,
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+) -> list[Sensitivity]:
+    """Find how signals of the operating point depend on R, V and I.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    signals : sequence of str
+        Voltages and currents.
+    elements : sequence of str, optional
+        All by default.
+    temperature, values
+        As for :func:`nsspice.tran`.
+
+    Returns
+    -------
+    list of Sensitivity
+        Signal by signal, the elements with the largest effect first; of C and L it is zero.
+    """
+    keys = [canonical(name) for name in signals]
+    bias = op(circuit, signals=keys, temperature=temperature, values=values)
+    wanted = None if elements is None else {name.lower() for name in elements}
+    found: list[Sensitivity] = []
+    for key in keys:
+        slopes: dict[str, tuple[float, float]] = {}
+        for home, part, factor in circuit.parts(key):
+            island = circuit.islands[home]
+            sources = {
+                d.name: 1.0 for d in island.devices if isinstance(d, VoltageSource | CurrentSource)
+            }
+            point = operating_point(circuit, island, sources, temperature, values)
+            for name, value, slope in _slopes(point, part, wanted, sources):
+                known = slopes.get(name, (value, 0.0))[1]
+                slopes[name] = value, known + factor * slope
+        for name, (value, slope) in slopes.items():
+            found.append(Sensitivity(key, name, value, float(bias[key][0]), slope))
+        missing = sorted((wanted or set()) - slopes.keys())
+        if missing:
+            message = f"{missing[0]} has no value by which {key} could be differentiated"
+            hint = "R, C, L without coupling, V and I of the same part of the circuit have one"
+            raise UsageError(Diagnostic("NS4005", message, hint=hint))
+    order = {key: k for k, key in enumerate(keys)}
+    # what is equal up to rounding stays in the order of the deck
+    return sorted(found, key=lambda s: (order[s.signal], -float(f"{abs(s.relative):.12g}")))
+
+
+def _slopes(
+    point: Point, signal: str, wanted: set[str] | None, sources: Mapping[str, float]
+) -> list[tuple[str, float, float]]:
+    """Return element, value and derivative of a signal of an island."""
+    mna, n = point.mna, point.system.n
+    functional = point.stimulated.functional(mna, signal)
+    y = adjoint(point, functional, _DC)[0].real
+    coupled = frozenset(c for d in mna.devices if d.letter == "k" for c in d.controls)
+    found = []
+    for device in mna.devices:
+        parameter = parameter_of(device, mna, coupled)
+        if parameter is None or (wanted is not None and device.name not in wanted):
+            continue
+        if parameter.driver is None:
+            column = point.stimulated.columns[device.name]
+            drive = point.drive({name: float(name == device.name) for name in sources})[0].real
+            slope = float(y @ drive) + sum(f for c, f in functional.u if c == column)
+        else:
+            seen = sum(f * point.z[j] for j, f in parameter.driver.z)
+            slope = seen * sum(y[row] * f for row, f in parameter.entries if row < n)
+            if signal == f"i({device.name})" and device.letter == "r":
+                slope += seen  # its own law depends on the value, too
+        found.append((device.name, parameter.value, float(slope)))
+    return found

@@ -1,0 +1,505 @@
+"""Running everything a deck asks for: its analyses, for every value of its ``.step`` cards."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import cast
+
+from ...circuit import Circuit
+from ...circuit.blocks import Blocks
+from ...errors import Diagnostic, NsspiceError, NumericalError, UsageError
+from ...netlist.deck import (
+    AcCard,
+    Analysis,
+    DcCard,
+    Deck,
+    LoopCard,
+    NoiseCard,
+    OpCard,
+    PssCard,
+    Sweep,
+    TfCard,
+    TranCard,
+)
+from ..request.cards import Dc, Tran
+from ..request.load import need_circuit, read, read_again
+from ..request.measured_signals import Watched, measured_signals
+from ..request.notebook_progress import shown_in_notebook
+from ..request.row_sinks import Sink
+from ..request.settings import Settings, foreign_method
+from ..solution.recording import named
+from ..solution.refusal import check_on_failure, judge
+from ..solution.solution import Solution
+from ..static.statics import SolvedAgain, check_sweep, dc, op
+from ..steady.loop_gain import Loop, run_loop
+from ..steady.noise import Noise, run_noise
+from ..steady.sensitivity import add_sensitivities
+from ..steady.small_signal import Ac, run_ac
+from ..steady.steady_state import Neighbour, Pss, find_orbits, run_pss
+from ..steady.transfer import Tf, run_tf
+from ..transient.advance import Progress
+from ..transient.blocks import split
+from ..transient.measure import evaluate_measures
+from ..transient.spectrum import add_powers, add_spectra, is_hot
+from ..transient.transient import Rerun, run_tran
+
+_KINDS = {
+    OpCard: "op",
+    DcCard: "dc",
+    TranCard: "tran",
+    PssCard: "pss",
+    AcCard: "ac",
+    LoopCard: "loop",
+    NoiseCard: "noise",
+    TfCard: "tf",
+}
+
+#: runs of one analysis over all .step cards; each has a table of its own
+MAX_RUNS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One analysis for one combination of stepped values.
+
+    Parameters
+    ----------
+    card : OpCard, DcCard or TranCard
+    label : str
+        What tells it from the other jobs of the deck: ``""``, ``"tran"``, ``"dc2.step3"``.
+    steps : tuple of (Sweep, float)
+        Stepped quantities with their value.
+    """
+
+    card: Analysis
+    label: str
+    steps: tuple[tuple[Sweep, float], ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """What :func:`kind_of` says of the card."""
+        return kind_of(self.card)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The stepped values by name."""
+        return {sweep.name: value for sweep, value in self.steps}
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What the caller of a run wants beyond the deck.
+
+    Parameters
+    ----------
+    method, theta, step, reltol, accuracy
+        As for :func:`nsspice.tran`.
+    stop : float or None
+        Replaces the end of ``.tran`` cards [s].
+    signals, extra : sequence of str
+        Signals to show, and to record besides.
+    keep : bool
+        False if the rows may be left to the sinks alone.
+    all_points : bool
+        Rows at the solver's points and on both sides of jumps.
+    neighbour : Neighbour
+        Orbits of the step before.
+    power : bool
+        Average powers of all elements of ``.pss`` and ``.tran``.
+    loads : tuple of str
+        Elements whose power is useful.
+    follow : sequence of str
+        Signals to record between the rows, for statistics and pictures.
+    everything : bool
+        Simulate also what no signal depends on.
+    """
+
+    method: str | None = None
+    theta: float | None = None
+    step: float | None = None
+    stop: float | None = None
+    signals: Sequence[str] | None = None
+    extra: Sequence[str] = field(default_factory=tuple)
+    keep: bool = True
+    all_points: bool = False
+    reltol: float | None = None
+    neighbour: Neighbour = field(default_factory=Neighbour)
+    power: bool = False
+    loads: tuple[str, ...] = ()
+    follow: Sequence[str] = field(default_factory=tuple)
+    everything: bool = False
+    accuracy: str | None = None
+
+
+def kind_of(card: Analysis) -> str:
+    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac``, ``loop``, ``noise`` or ``tf``."""
+    return _KINDS[type(card)]
+
+
+def jobs_of(deck: Deck) -> list[Job]:
+    """Return the jobs of a deck in order.
+
+    Raises
+    ------
+    UsageError
+        NS4006 if the deck has no analysis, NS4017 if it asks for too many runs.
+    """
+    if not deck.analyses:
+        hint = "add .tran tstep tstop, .dc source start stop step, or .op"
+        unread = [w for w in deck.warnings if w.code in ("NS1090", "NS1093") and w.hint]
+        if unread:
+            hint = f"{unread[0].message.partition(':')[0]}; {unread[0].hint}"
+        elif re.match(r"\s*\.(?!title)", deck.title, re.IGNORECASE):
+            hint = f"{deck.title.split()[0]} stands in the first line, which is the title; {hint}"
+        raise UsageError(
+            Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),
+        )
+    kinds = [kind_of(card) for card in deck.analyses]
+    count = math.prod(len(sweep.values) for sweep in deck.steps)
+    if count > MAX_RUNS:
+        text = " x ".join(str(len(sweep.values)) for sweep in deck.steps)
+        message = f"the .step cards ask for {text} = {count} runs, more than {MAX_RUNS}"
+        hint = "take fewer points, or call nsspice.tran in a loop that keeps what is needed"
+        raise UsageError(Diagnostic("NS4017", message, deck.steps[-1].span, hint))
+    points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
+    jobs = []
+    for k, (card, kind) in enumerate(zip(deck.analyses, kinds, strict=True)):
+        number = kinds[:k].count(kind) + 1
+        name = "" if len(kinds) == 1 else kind if number == 1 else f"{kind}{number}"
+        for j, values in enumerate(points):
+            step = f"step{j + 1}" if deck.steps else ""
+            steps = tuple(zip(deck.steps, reversed(values), strict=True))
+            jobs.append(Job(card, ".".join(filter(None, [name, step])), steps))
+    return jobs
+
+
+def run(
+    circuit: Circuit | str | Path,
+    *,
+    params: Mapping[str, float] | None = None,
+    method: str | None = None,
+    theta: float | None = None,
+    step: float | None = None,
+    reltol: float | None = None,
+    accuracy: str | None = None,
+    signals: Sequence[str] | None = None,
+    extra: Sequence[str] = (),
+    all_points: bool = False,
+    everything: bool = False,
+    tol: float | None = None,
+    refine: bool = False,
+    on_failure: str = "raise",
+    progress: Progress | None = None,
+) -> list[Solution]:
+    """Run all analyses of a deck and evaluate its measures.
+
+    Parameters
+    ----------
+    circuit : Circuit, str or Path
+        A circuit, or what :func:`nsspice.read` makes one of: ``"deck.net"``.
+    params : mapping of str to float, optional
+        Values that replace those of top-level ``.param`` cards, of a deck that is read.
+    method, theta, step, reltol, accuracy, signals, extra, all_points, everything
+        As for :func:`nsspice.tran`.
+    tol : float, optional
+        Error of transients that is wanted, a share of the range of each stored quantity: method
+        and step are chosen to meet it, and ``error`` of the solution tells what was reached.
+    refine : bool
+        Estimate the error of fixed steps by halving them twice, into ``error``.
+    on_failure : str
+        As for :func:`nsspice.tran`; all analyses are run before it is looked at.
+    progress : callable, optional
+        Called with the finished share of all analyses, 0 to 1.  In a notebook, longer runs show a
+        bar without it.
+
+    Returns
+    -------
+    list of Solution
+        One for each analysis and ``.step`` value; shorter if Ctrl-C stopped the run, the last one
+        then has ``interrupted`` set.
+
+    Raises
+    ------
+    NumericalError
+        If an analysis has no solution, or ``tol`` is not reached; ``partial`` holds what was
+        computed before.
+    CertificateError
+        NS3003 if a certificate fails: ``solution`` holds the first such run, ``solutions`` all.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''stepped divider
+    ... .param r=1k
+    ... V1 a 0 1
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... .op
+    ... .step param r list 1k 3k
+    ... ''')
+    >>> [float(s["v(b)"][0]) for s in circuit.run()]
+    [0.5, 0.25]
+    """
+    if isinstance(circuit, str | Path):
+        circuit = read(circuit, params)
+    elif params:
+        raise TypeError("params= belongs to a deck that is read: nsspice.read(deck, params)")
+    need_circuit(circuit)
+    check_on_failure(on_failure)
+    check_tolerance(tol, refine)
+    request = Request(
+        method,
+        theta,
+        step,
+        None,
+        signals,
+        tuple(extra),
+        all_points=all_points,
+        reltol=reltol,
+        everything=everything,
+        accuracy=accuracy,
+    )
+    jobs = jobs_of(circuit.deck)
+    execute: Callable[..., Solution] = run_job
+    if tol is not None or refine:
+        from .refinement import run_estimated
+
+        execute = partial(run_estimated, tol=tol)
+    solutions: list[Solution] = []
+    with shown_in_notebook(circuit.deck.title, progress) as watcher:
+        for k, job in enumerate(jobs):
+            share = None if watcher is None else _share(watcher, k, len(jobs))
+            solutions.append(execute(circuit, job, request, progress=share))
+            if solutions[-1].interrupted:
+                break
+    judge(solutions, on_failure)
+    return solutions
+
+
+def check_tolerance(tol: float | None, refine: bool) -> None:
+    """Raise UsageError unless at most one estimate is asked for, with a sensible tolerance."""
+    if tol is not None and not 0.0 < tol < 1.0:
+        hint = "give a share of the range of the signals, such as 1e-6"
+        raise UsageError(Diagnostic("NS4005", f"--tol cannot be {tol:g}", hint=hint))
+    if tol is not None and refine:
+        hint = "drop one"
+        raise UsageError(Diagnostic("NS4005", "--tol and --refine exclude each other", hint=hint))
+
+
+def _share(progress: Progress, k: int, count: int) -> Progress:
+    return lambda done: progress((k + done) / count)
+
+
+def run_job(
+    circuit: Circuit,
+    job: Job,
+    request: Request,
+    *,
+    progress: Progress | None = None,
+    sink: Sink | None = None,
+) -> Solution:
+    """Run one job and evaluate its measures.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        Of the deck without steps.
+    job : Job
+    request : Request
+    progress, sink
+        As for :func:`nsspice.tran`.
+
+    Raises
+    ------
+    NsspiceError
+        Which names the values of the ``.step`` cards, if there are any.
+    """
+    try:
+        return _run_job(circuit, job, request, progress, sink)
+    except NsspiceError as error:
+        if job.steps:
+            values = ", ".join(f"{name} = {value:g}" for name, value in job.values.items())
+            error.amend(f"(.step: {values})")
+        raise
+
+
+def _run_job(
+    circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
+) -> Solution:
+    deck = circuit.deck
+    settings = Settings.of(
+        deck, request.method, request.theta, request.step, request.reltol, request.accuracy
+    )
+    warnings = [w for w in (foreign_method(deck),) if w is not None]
+    parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
+    values = {s.name: v for s, v in job.steps if s.kind == "element"}
+    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
+    for sweep, _ in job.steps:
+        check_sweep(circuit, sweep)
+    if parameters:
+        circuit = read_again(deck, parameters)
+        job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
+    measures = [m for m in circuit.deck.measures if m.analysis == job.kind]
+    extra = [*request.extra, *measured_signals(measures)]
+    common: dict[str, object] = {
+        "signals": request.signals,
+        "extra": extra,
+        "temperature": temperature,
+        "sink": sink,
+    }
+    execute = _executor(circuit, job, request, settings, values, progress, common)
+    try:
+        solution = execute()
+    except NumericalError as error:
+        if isinstance(error.partial, Solution):
+            error.partial.parameters = job.values
+        raise
+    solution.parameters = job.values
+    solution.warnings = [*warnings, *solution.warnings]
+    if parameters and isinstance(solution.again, Rerun):
+        solution.again = replace(solution.again, deck=deck, parameters=parameters)
+    if parameters and isinstance(solution.more, Rerun | SolvedAgain):
+        solution.more = replace(solution.more, deck=deck, parameters=parameters)
+    if not solution.interrupted:
+        evaluate_measures(solution, measures)
+        if job.kind in ("tran", "pss"):
+            add_spectra(solution, circuit.deck.fours)
+            if request.power:
+                add_powers(circuit, solution, request.loads)
+        if job.kind in ("op", "pss") and solution.axis.size:
+            add_sensitivities(circuit, solution, temperature, values)
+        if any(not sens.signals for sens in circuit.deck.sensitivities):
+            from .measured_slopes import add_slopes
+
+            add_slopes(circuit, solution, job, request, settings)
+    if job.steps and not request.follow:
+        solution.recording = None  # of one run it may fill memory, of a thousand it does
+    return solution
+
+
+def _executor(
+    circuit: Circuit,
+    job: Job,
+    request: Request,
+    settings: Settings,
+    values: Mapping[str, float],
+    progress: Progress | None,
+    common: Mapping[str, object],
+) -> Callable[[], Solution]:
+    """Return the call that runs the analysis of a job."""
+    card = job.card
+    if isinstance(card, OpCard):
+        return lambda: op(circuit, values=values, on_failure="ignore", **common)  # type: ignore[arg-type]
+    if isinstance(card, DcCard):
+        return lambda: dc(
+            circuit,
+            analysis=Dc.from_card(card),
+            overrides=values,
+            method=settings.method,
+            progress=progress,
+            on_failure="ignore",
+            **common,  # type: ignore[arg-type]
+        )
+    if isinstance(card, NoiseCard | TfCard):
+        return _about_bias(circuit, card, values, common)
+    if isinstance(card, AcCard):
+        return lambda: run_ac(
+            circuit,
+            Ac.from_card(card),
+            values=values,
+            neighbour=request.neighbour,
+            **common,  # type: ignore[arg-type]
+        )
+    if isinstance(card, LoopCard):
+        temperature = common["temperature"]
+        assert temperature is None or isinstance(temperature, float)
+        return lambda: run_loop(
+            circuit,
+            Loop.from_card(card),
+            temperature=temperature,
+            values=values,
+            neighbour=request.neighbour,
+            sink=common["sink"],  # type: ignore[arg-type]
+        )
+    if isinstance(card, PssCard):
+        return lambda: run_pss(
+            circuit,
+            Pss.from_card(card),
+            values=values,
+            all_points=request.all_points,
+            neighbour=request.neighbour,
+            **common,  # type: ignore[arg-type]
+        )
+    analysis = Tran.from_card(card)
+    if request.stop is not None:
+        analysis = replace(analysis, stop=request.stop)
+    keep = request.keep or any(m.analysis == "tran" for m in circuit.deck.measures)
+
+    def execute() -> Solution:
+        beginnings = None
+        if card.orbit:
+            temperature = common["temperature"]
+            assert temperature is None or isinstance(temperature, float)
+            pss = _pss_of(circuit, card)
+            _, orbits = find_orbits(circuit, pss, temperature, values, request.neighbour)
+            beginnings = [None if o is None else o.beginning for o in orbits]
+        solution = run_tran(
+            circuit,
+            analysis,
+            settings,
+            values=values,
+            progress=progress,
+            keep=keep,
+            all_points=request.all_points,
+            beginnings=beginnings,
+            watched=Watched.of(circuit, analysis, named(request.follow)),
+            everything=request.everything or request.power,
+            **common,  # type: ignore[arg-type]
+        )
+        if request.power or _needs_integrals(circuit.deck):
+            from ..transient.integrable_run import integrals_of
+
+            temperature = common["temperature"]
+            assert temperature is None or isinstance(temperature, float)
+            blocks = Blocks(circuit)
+            if beginnings is None:
+                blocks = split(circuit, settings, analysis, temperature, values)
+            solution.integrals = integrals_of(blocks, analysis, temperature, values, beginnings)
+        return solution
+
+    return execute
+
+
+def _about_bias(
+    circuit: Circuit,
+    card: NoiseCard | TfCard,
+    values: Mapping[str, float],
+    common: Mapping[str, object],
+) -> Callable[[], Solution]:
+    """Return what runs ``.noise`` or ``.tf``."""
+    temperature, sink = common["temperature"], cast("Sink | None", common["sink"])
+    assert temperature is None or isinstance(temperature, float)
+    if isinstance(card, TfCard):
+        analysis = Tf.from_card(card)
+        return lambda: run_tf(circuit, analysis, temperature=temperature, values=values, sink=sink)
+    asked = Noise.from_card(card)
+    return lambda: run_noise(circuit, asked, temperature=temperature, values=values, sink=sink)
+
+
+def _needs_integrals(deck: Deck) -> bool:
+    """Return whether a transient is asked for spectra, switching losses or temperatures."""
+    measures = [m for m in deck.measures if m.analysis == "tran"]
+    spectral = any(m.operation == "thd" or m.operation.startswith("harm") for m in measures)
+    return bool(deck.fours) or spectral or any(map(is_hot, measures))
+
+
+def _pss_of(circuit: Circuit, card: TranCard) -> Pss:
+    """Return the periodic steady state from which a transient begins."""
+    found = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
+    return Pss(span=card.span) if found is None else Pss.from_card(found)

@@ -1,0 +1,147 @@
+"""Derivatives of measures: what ``.sens`` cards with the names of ``.measure`` cards ask for.
+
+Values at an instant, averages and integrals of a transient that begins with given voltages and
+currents (``uic``) have exact derivatives by elements; all others are extrapolated differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ...circuit import Circuit
+from ...errors import Diagnostic, NsspiceError, UsageError
+from ...netlist.deck import SensCard, Sweep, TranCard
+from ..request.cards import Tran
+from ..request.load import read_again
+from ..request.settings import Settings
+from ..request.values import valued
+from ..solution.solution import Solution
+from ..steady.sensitivity import Sensitivity
+from ..transient.blocks import split
+from ..transient.integrable_run import integrals_of
+from .batch import Job, Request, run_job
+from .run_sensitivity import RunSlopes
+from .slopes import ordered, slopes
+
+
+def add_slopes(
+    circuit: Circuit, solution: Solution, job: Job, request: Request, settings: Settings
+) -> None:
+    """Compute how measures of a run depend on what ``.sens`` cards name; else a warning."""
+    for card in circuit.deck.sensitivities:
+        if not card.signals:
+            _add(circuit, solution, card, job, request, settings)
+
+
+def _add(
+    circuit: Circuit,
+    solution: Solution,
+    card: SensCard,
+    job: Job,
+    request: Request,
+    settings: Settings,
+) -> None:
+    """Compute how measures of a run depend on what a ``.sens`` card names; else a warning."""
+    deck = circuit.deck
+    place = deck.analyses.index(job.card)
+    own = {s.name: v for s, v in job.steps if s.kind == "param"}
+    kept = tuple((s, v) for s, v in job.steps if s.kind != "param")
+    plain = replace(request, signals=None, extra=(), keep=True, power=False, follow=())
+
+    def without_cards(parameters: Mapping[str, float]) -> Circuit:
+        other = read_again(deck, parameters)
+        other.deck.sensitivities.clear()
+        return other
+
+    unchanged: list[Circuit] = []
+
+    def measured(name: str, value: float) -> Mapping[str, float]:
+        if name in deck.parameters:
+            other, steps = without_cards({**own, name: value}), kept
+        else:
+            if not unchanged:
+                unchanged.append(without_cards(own))
+            (other,) = unchanged
+            sweep = Sweep(name, "element", (value,), card.span)
+            steps = (*(s for s in kept if s[0].name != name), (sweep, value))
+        return run_job(other, Job(other.deck.analyses[place], "", steps), plain).measures
+
+    runs = _run_slopes(circuit, job, request, settings)
+
+    def exact(name: str) -> Mapping[str, float]:
+        if runs is None or name not in circuit.element_island or name in deck.parameters:
+            return {}
+        return runs.derivatives((m for m in deck.measures if m.name in wanted), name)
+
+    wanted = [name for name in card.names if name in solution.measures]
+    others = [n for n in card.names if n not in {m.name for m in deck.measures}]
+    if not wanted:
+        return  # measures of another analysis
+    found: list[Sensitivity] = []
+    try:
+        for name in [*others, *card.elements] or list(deck.parameters):
+            value = _value_of(circuit, name, job)
+            if value == 0.0:
+                if not (others or card.elements):
+                    continue
+                hint = "differences are parts of a value: write it as {x - 1} with x=1"
+                raise UsageError(Diagnostic("NS4005", f"{name} is 0", hint=hint))
+            nominal = {m: solution.measures[m] for m in wanted}
+            for key, slope in exact(name).items():
+                found.append(Sensitivity(key, name, value, nominal.pop(key), slope))
+            if nominal:
+                found += slopes(measured, nominal, name, value)
+    except NsspiceError as problem:
+        said = problem.diagnostics[0]
+        message = f".sens is left out: {said.message}"
+        solution.warnings.append(replace(said, message=message, span=card.span, severity="warning"))
+        return
+    solution.sensitivities += ordered(found, wanted)
+
+
+def _run_slopes(
+    circuit: Circuit, job: Job, request: Request, settings: Settings
+) -> RunSlopes | None:
+    """Return exact derivatives of a transient; None if it begins with what the elements decide."""
+    card = job.card
+    if not isinstance(card, TranCard) or card.orbit or not card.uic:
+        return None
+    analysis = Tran.from_card(card)
+    if request.stop is not None:
+        analysis = replace(analysis, stop=request.stop)
+    if settings.method not in ("auto", "modewise"):
+        return None
+    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
+    values = {s.name: v for s, v in job.steps if s.kind == "element"}
+    blocks = split(circuit, settings, analysis, temperature, values)
+    if blocks.links:
+        return None
+    return RunSlopes(integrals_of(blocks, analysis, temperature, values))
+
+
+def _value_of(circuit: Circuit, name: str, job: Job) -> float:
+    """Return the value of a parameter or element by which measures are differentiated.
+
+    Raises
+    ------
+    UsageError
+        NS4005 if there is none, or it is zero.
+    """
+    deck = circuit.deck
+    if name in job.values:
+        return job.values[name]
+    if name in deck.parameters:
+        return deck.parameters[name]
+    if name not in circuit.element_island:
+        message = f"there is no measure and no parameter {name}"
+        raise UsageError(Diagnostic("NS4005", message, hint="write it as .param or .measure"))
+    device = valued(circuit, name)
+    source = getattr(device, "source", None)
+    if source is not None:
+        if source.kind:
+            message = f"{name} is no constant"
+            hint = "write its values as parameters, and name these"
+            raise UsageError(Diagnostic("NS4005", message, hint=hint))
+        return float(source.dc or 0.0)
+    return float(device.value)  # type: ignore[attr-defined]

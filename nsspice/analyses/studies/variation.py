@@ -1,0 +1,259 @@
+"""What spread of parameters does to measures, and which parameters give the measures wanted.
+
+Runs of the exact engine have no error that a difference of two of them would show: their measures
+are smooth functions of the parameters up to rounding, which Gauss-Newton's method needs.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...circuit import Circuit
+from ...errors import Diagnostic, UsageError
+from ..request.load import need_circuit, read_again
+from ..signals.curve import Floats
+from .batch import run
+
+#: corners are all run up to so many parameters
+_CORNERS = 8
+_QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """What a measure does over a tolerance.
+
+    Parameters
+    ----------
+    measure : str
+    nominal, low, high : float
+        With the parameters as they are, and the least and largest value met anywhere.
+    mean, deviation : float
+        Of the random runs.
+    quantiles : tuple of (float, float)
+        Shares of the random runs, and the values below which they lie.
+    """
+
+    measure: str
+    nominal: float
+    low: float
+    high: float
+    mean: float
+    deviation: float
+    quantiles: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Tuned:
+    """The parameters that were found.
+
+    Parameters
+    ----------
+    parameters : dict of str to float
+    measures : dict of str to float
+        What they give.
+    reached : bool
+        True if all goals are met to the tolerance.
+    runs : int
+    """
+
+    parameters: dict[str, float]
+    measures: dict[str, float]
+    reached: bool
+    runs: int
+
+
+def measures_of(circuit: Circuit, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return all measures of a deck run with other values of its parameters."""
+    other = read_again(circuit.deck, parameters)
+    return {name: value for sol in run(other) for name, value in sol.measures.items()}
+
+
+def _need_parameters(circuit: Circuit, names: Sequence[str]) -> None:
+    for name in names:
+        if name not in circuit.deck.parameters:
+            known = ", ".join(circuit.deck.parameters) or "none"
+            raise UsageError(
+                Diagnostic("NS4005", f"the deck has no .param {name}", hint=f"it has {known}")
+            )
+
+
+def _need_measures(known: Mapping[str, float], names: Sequence[str]) -> None:
+    for name in names:
+        if name not in known:
+            listed = ", ".join(known) or "none"
+            raise UsageError(
+                Diagnostic("NS4005", f"the deck has no measure {name}", hint=f"it has {listed}")
+            )
+
+
+def tolerance(
+    circuit: Circuit,
+    parameters: Mapping[str, float],
+    *,
+    runs: int = 200,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> list[Spread]:
+    """Find what tolerances of parameters do to the measures of a deck.
+
+    All corners are run (of more than eight parameters those in which one is at its end), and random
+    values between them, uniformly spread.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        With ``.measure`` cards.
+    parameters : mapping of str to float
+        Relative tolerance of each ``.param``: 0.05 for 5 %.
+    runs : int
+        Random runs.
+    seed : int
+        The same seed gives the same values.
+    progress : callable, optional
+        Called with the finished share.
+
+    Returns
+    -------
+    list of Spread
+        One for each measure.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for a parameter that the deck does not have.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''divider
+    ... .param r=1k
+    ... V1 a 0 10
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... .op
+    ... .measure op out find v(b) at=0
+    ... ''')
+    >>> (out,) = tolerance(circuit, {"r": 0.1}, runs=5)
+    >>> round(out.low, 6), round(out.high, 6)
+    (4.761905, 5.263158)
+    """
+    need_circuit(circuit)
+    names = [name.lower() for name in parameters]
+    _need_parameters(circuit, names)
+    share = np.array(list(parameters.values()))
+    nominal = np.array([circuit.deck.parameters[name] for name in names])
+    if len(names) <= _CORNERS:
+        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(names))))
+    else:
+        signs = np.vstack([np.eye(len(names)), -np.eye(len(names))])
+    random = np.random.default_rng(seed).uniform(-1.0, 1.0, (runs, len(names)))
+    points = np.vstack([np.zeros((1, len(names))), signs, random])
+    table = []
+    for k, point in enumerate(points):
+        values = dict(zip(names, (nominal * (1.0 + share * point)).tolist(), strict=True))
+        table.append(measures_of(circuit, values))
+        if progress is not None:
+            progress((k + 1) / len(points))
+    found = []
+    for measure in table[0]:
+        column = np.array([row.get(measure, np.nan) for row in table])
+        drawn = column[1 + len(signs) :]
+        found.append(
+            Spread(
+                measure,
+                float(column[0]),
+                float(np.nanmin(column)),
+                float(np.nanmax(column)),
+                float(np.nanmean(drawn)) if runs else float("nan"),
+                float(np.nanstd(drawn, ddof=1)) if runs > 1 else float("nan"),
+                tuple((q, float(np.nanquantile(drawn, q))) for q in _QUANTILES) if runs else (),
+            )
+        )
+    return found
+
+
+def tune(
+    circuit: Circuit,
+    parameters: Mapping[str, tuple[float, float]],
+    goals: Mapping[str, float],
+    *,
+    reltol: float = 1e-9,
+) -> Tuned:
+    """Find parameters for which measures have given values, or come nearest to them.
+
+    Least squares of the relative distances from the goals within the bounds, by scipy's trust
+    region reflective method.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        With ``.measure`` cards.
+    parameters : mapping of str to (float, float)
+        Bounds of each ``.param``; the deck's value is the first guess if it lies between.
+    goals : mapping of str to float
+        Wanted values of measures.
+    reltol : float
+        A goal is met to this part of it.
+
+    Returns
+    -------
+    Tuned
+
+    Raises
+    ------
+    UsageError
+        NS4005 for a parameter or measure that the deck does not have, or bounds that leave nothing.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''divider
+    ... .param r=1k
+    ... V1 a 0 10
+    ... R1 a b {r}
+    ... R2 b 0 1k
+    ... .op
+    ... .measure op out find v(b) at=0
+    ... ''')
+    >>> found = tune(circuit, {"r": (100.0, 10e3)}, {"out": 2.0})
+    >>> round(found.parameters["r"], 3), found.reached
+    (4000.0, True)
+    """
+    from scipy.optimize import least_squares
+
+    need_circuit(circuit)
+    names, wanted = [n.lower() for n in parameters], {n.lower(): v for n, v in goals.items()}
+    _need_parameters(circuit, names)
+    low, high = (np.array([bounds[k] for bounds in parameters.values()]) for k in (0, 1))
+    if not names or not wanted or not np.all(low < high):
+        message = "tuning needs parameters with bounds, the lower one first, and goals"
+        raise UsageError(Diagnostic("NS4005", message, hint="as in don=0.1:0.9 and v_avg=12"))
+    runs = 0
+
+    def measured(x: Floats) -> dict[str, float]:
+        nonlocal runs
+        runs += 1
+        return measures_of(circuit, dict(zip(names, x.tolist(), strict=True)))
+
+    sizes = {name: abs(goal) or 1.0 for name, goal in wanted.items()}
+
+    def distances(share: Floats) -> Floats:
+        found = measured(low + share * (high - low))
+        _need_measures(found, list(wanted))
+        return np.array([(found[n] - goal) / sizes[n] for n, goal in wanted.items()])
+
+    guess = np.array([circuit.deck.parameters[name] for name in names])
+    start = np.where((guess > low) & (guess < high), (guess - low) / (high - low), 0.5)
+    # differences over 1e-6 of the range: half the digits of runs without error
+    result = least_squares(
+        distances, start, bounds=(0.0, 1.0), diff_step=1e-6, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
+    x = low + result.x * (high - low)
+    found = measured(x)
+    reached = all(abs(found[n] - g) <= reltol * sizes[n] for n, g in wanted.items())
+    return Tuned(dict(zip(names, x.tolist(), strict=True)), found, reached, runs)

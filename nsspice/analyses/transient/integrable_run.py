@@ -1,0 +1,64 @@
+"""A transient as a run whose signals can be integrated exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...circuit.blocks import Blocks
+from ...problems.descriptor import Functional
+from ...solvers.modewise import ModewiseStepper
+from ...solvers.orbit import PeriodMap, State
+from ..request.cards import Tran
+from ..request.restart_state import Beginning
+from ..signals.curve import Floats
+from ..static.initial import start
+from .integrals import Course, Integrals
+
+
+class _First(ModewiseStepper):
+    """Takes the first state of a run, and does not run."""
+
+    charges: Floats
+    gates: list[bool]
+
+    def _start(self, charges: Floats, gates: list[bool], active: list[bool] | None = None) -> None:
+        self.charges, self.gates = charges, list(gates)
+
+
+def integrals_of(
+    blocks: Blocks,
+    analysis: Tran,
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+    beginnings: Sequence[Beginning | None] | None = None,
+) -> Integrals:
+    """Return exact integrals of a transient's signals, which is run once more for the first."""
+    circuit = blocks.circuit
+
+    def course_of(home: int) -> Course:
+        island = circuit.islands[home]
+        mna = island.assemble(
+            temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
+        )
+        system = mna.system
+        core = PeriodMap(system, analysis.stop).core
+        beginning = None if beginnings is None else beginnings[home]
+        if beginning is not None:
+            charges, gates = beginning.charges, beginning.gates
+        else:
+            nothing: list[Functional] = []
+            first = _First(system, nothing)
+            step = analysis.solver_step(None)
+            if system.static:
+                charges = np.zeros(system.n)
+                gates = first.gates_at_start(charges, step)
+            else:
+                start(circuit, mna, first, analysis, step)
+                charges, gates = first.charges, first.gates
+        return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
+
+    ambient = circuit.deck.temperature if temperature is None else temperature
+    driven = frozenset(link.target for link in blocks.links)
+    return Integrals(circuit, course_of, (0.0, analysis.stop), False, ambient, driven=driven)

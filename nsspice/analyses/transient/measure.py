@@ -1,0 +1,322 @@
+"""Evaluation of ``.measure`` cards, to the accuracy of the engine: rows do not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+
+from ...errors import Diagnostic, NsspiceError, UsageError, suggest
+from ...netlist.deck import Cond, Measure
+from ...netlist.expressions.expression import Expression
+from ..signals import signal_statistics as statistics
+from ..signals.signal_function import Floats, Trace
+from ..signals.signal_names import canonical
+from ..solution.solution import Solution
+from .spectrum import exact_statistic, hot_measure, is_hot, spectral_measure
+
+T = TypeVar("T")
+#: operations on all that a window holds
+_STATISTICS = frozenset(("max", "min", "pp", "avg", "rms", "integ", "max_at", "min_at"))
+#: of complex signals
+PARTS = ("db", "m", "p", "r", "i")
+_INTEGRALS = frozenset(("avg", "mean", "integ", "rms"))
+
+
+class NotFound(Exception):
+    """A measure has no result; the text says why."""
+
+
+def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
+    """Evaluate the cards of the solution's analysis, in deck order, into ``solution.measures``.
+
+    A measure that finds nothing becomes nan, with a warning that says why.
+    """
+    rows = magnitudes(solution) if solution.analysis == "ac" else solution
+    for card in cards:
+        if card.analysis != solution.analysis:
+            continue
+        try:
+            card = _between_events(rows, card, solution.measures)
+            value = measure(rows, card, solution.measures)
+            if not np.isfinite(value):
+                raise NotFound("the result is not a finite number")
+        except NotFound as why:
+            value = float("nan")
+            solution.warnings.append(
+                Diagnostic(
+                    "NS5001",
+                    f'.measure "{card.name}" has no result: {why}',
+                    card.span,
+                    "check the level, the edge number and the window (TD, FROM, TO)",
+                    severity="warning",
+                )
+            )
+        solution.measures[card.name] = value
+        solution.warnings.extend(_left_out(solution, card))
+
+
+def magnitudes(solution: Solution) -> Solution:
+    """Return a response as measures see it: ``v(out)`` is its magnitude."""
+    names = [n[3:-1] for n in solution.signals if n.startswith("re(")]
+    table = {
+        **{n: np.abs(solution[n]) for n in names},
+        **{f"{n[0]}{p}{n[1:]}": solution[f"{n[0]}{p}{n[1:]}"] for n in names for p in PARTS},
+    }
+    return replace(solution, signals=table, columns=names, fine=None)
+
+
+def _left_out(solution: Solution, card: Measure) -> list[Diagnostic]:
+    """Return a warning where an integral of currents misses charge that moves in no time."""
+    if card.operation not in _INTEGRALS or card.expression is None:
+        return []
+    start = -np.inf if card.start is None else card.start
+    stop = np.inf if card.stop is None else card.stop
+    currents = {canonical(name) for name in card.expression.variables() if name.startswith("i(")}
+    charges: dict[str, float] = {}
+    for impulse in solution.impulses:
+        name = f"i({impulse.element})"
+        if impulse.unit == "A s" and name in currents and start < impulse.time <= stop:
+            charges[name] = charges.get(name, 0.0) + impulse.value
+    if not charges:
+        return []
+    told = ", ".join(f"{charge:.6g} A s of {name}" for name, charge in charges.items())
+    return [
+        Diagnostic(
+            "NS5002",
+            f'.measure "{card.name}" leaves out impulses: {told}',
+            card.span,
+            "add this charge, or give its path a resistance",
+            severity="warning",
+        )
+    ]
+
+
+def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> float:
+    """Return the value of one card.
+
+    Parameters
+    ----------
+    solution : Solution
+    card : Measure
+    earlier : mapping of str to float
+        Results that ``param`` expressions may use.
+
+    Raises
+    ------
+    NotFound
+        If a crossing, signal or point does not exist.
+    """
+    operation = card.operation
+    if operation == "param":
+        return _param(_need(card.expression, "expression"), earlier)
+    if is_hot(card):
+        try:
+            return hot_measure(solution, card)
+        except ValueError as why:
+            raise NotFound(str(why)) from why
+    if (exact := exact_statistic(solution, card)) is not None:
+        return exact
+    if operation == "thd" or operation.startswith("harm"):
+        try:
+            return spectral_measure(solution, card)
+        except ValueError as why:
+            raise NotFound(str(why)) from why
+    if operation == "trig_targ":
+        first = _instant(solution, _need(card.first, "TRIG"), card, earlier)
+        return _instant(solution, _need(card.second, "TARG"), card, earlier) - first
+    if operation == "when":
+        return _instant(solution, _need(card.first, "WHEN"), card, earlier)
+    expression = _need(card.expression, "expression")
+    if operation in ("find_when", "find_at", "deriv"):
+        x = card.at
+        if x is None:
+            x = _instant(solution, _need(card.first, "WHEN"), card, earlier)
+        low, high = bounds(solution)
+        slack = 1e-12 * max(abs(low), abs(high))
+        if not low - slack <= x <= high + slack:
+            raise NotFound(f"{x:.6g} lies outside the rows of the analysis")
+        if operation == "deriv":
+            return statistics.slope(trace_of(solution, expression, earlier), x)
+        return value_at(solution, expression, x, earlier)
+    return statistic(solution, expression, operation, card.start, card.stop, earlier)
+
+
+def trace_of(
+    solution: Solution,
+    expression: Expression,
+    constants: Mapping[str, float] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    other: Expression | None = None,
+) -> Trace:
+    """Return an expression of signals as a function over a window of a solution.
+
+    Raises
+    ------
+    NotFound
+        If there is no such signal.
+    """
+    constants = constants or {}
+    names = expression.variables() | (other.variables() if other is not None else frozenset())
+    try:
+        motion = solution.motion(sorted(names - set(constants)), start, stop)
+    except KeyError as missing:
+        raise NotFound(str(missing.args[0])) from None
+    except NsspiceError as error:
+        raise NotFound(error.diagnostics[0].message) from None
+    return Trace(motion, expression, constants, other)
+
+
+def bounds(solution: Solution) -> tuple[float, float]:
+    """Return the ends of the axis in rising order, nan of a solution without rows."""
+    axis = solution.axis
+    if not axis.size:
+        return float("nan"), float("nan")
+    first, last = float(axis[0]), float(axis[-1])
+    return min(first, last), max(first, last)
+
+
+def value_at(
+    solution: Solution,
+    expression: Expression,
+    x: float,
+    constants: Mapping[str, float] | None = None,
+) -> float:
+    """Return an expression at an abscissa: the row there if there is one, else of the motion."""
+    axis, constants = solution.axis, constants or {}
+    row = int(np.abs(axis - x).argmin())
+    near = 1e-9 * abs(float(axis[-1] - axis[0])) / max(axis.size - 1, 1)
+    names = expression.variables() - set(constants)
+    if abs(float(axis[row]) - x) <= near and all(name in solution for name in names):
+        known = {**constants, **{name: float(solution[name][row]) for name in names}}
+        return float(expression.evaluate(known))
+    return statistics.value(trace_of(solution, expression, constants, x, x), x)
+
+
+def statistic(
+    solution: Solution,
+    expression: Expression,
+    name: str,
+    start: float | None = None,
+    stop: float | None = None,
+    constants: Mapping[str, float] | None = None,
+) -> float:
+    """Return max, min, pp, avg (mean), rms, integ, max_at, min_at or final over a window."""
+    first, last = bounds(solution)
+    low = first if start is None else max(start, first)
+    high = last if stop is None else min(stop, last)
+    if not low <= high:
+        raise NotFound("the window FROM..TO holds no rows")
+    if name == "final":
+        return value_at(solution, expression, high, constants)
+    trace = trace_of(solution, expression, constants, low, high)
+    if name in ("avg", "mean"):
+        return statistics.mean(trace, low, high)
+    if name == "rms":
+        return float(np.sqrt(statistics.mean(trace, low, high, square=True)))
+    if name == "integ":
+        return statistics.integral(trace, low, high)
+    if name in ("max", "max_at"):
+        return statistics.extreme(trace, low, high)[name == "max_at"]
+    if name in ("min", "min_at"):
+        return statistics.extreme(trace, low, high, least=True)[name == "min_at"]
+    if name == "pp":
+        top, _ = statistics.extreme(trace, low, high)
+        return top - statistics.extreme(trace, low, high, least=True)[0]
+    raise NotFound(f"there is no operation {name!r}")
+
+
+def statistic_of(
+    solution: Solution, signal: str, name: str, start: float | None, stop: float | None
+) -> float:
+    """Return a statistic of a signal or expression, as :meth:`Solution.average` does.
+
+    Raises
+    ------
+    UsageError
+        NS4005 if there is no such signal, or the window lies outside of the run.
+    """
+    try:
+        return statistic(solution, Expression.parse(signal), name, start, stop)
+    except NotFound as why:
+        raise _refused(signal, start, stop, why) from None
+
+
+def crossings_of(
+    solution: Solution,
+    signal: str,
+    level: float,
+    edge: statistics.Edge,
+    start: float | None,
+    stop: float | None,
+) -> Floats:
+    """Return the instants at which a signal passes a level, as :meth:`Solution.crossings` does."""
+    first, last = bounds(solution)
+    low = first if start is None else max(start, first)
+    high = last if stop is None else min(stop, last)
+    try:
+        if not low <= high:
+            raise NotFound("the window holds no rows")
+        trace = trace_of(solution, Expression.parse(signal), None, low, high)
+    except NotFound as why:
+        raise _refused(signal, start, stop, why) from None
+    return statistics.crossings(trace, level, edge, low, high)
+
+
+def _refused(signal: str, start: float | None, stop: float | None, why: NotFound) -> UsageError:
+    window = "" if start is None and stop is None else f" from {start} to {stop}"
+    message = f"{signal}{window}: {why}"
+    hint = "name a signal of the circuit, and instants of the run"
+    return UsageError(Diagnostic("NS4005", message, hint=hint))
+
+
+def _between_events(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Measure:
+    """Return a statistic from TRIG to TARG as one between their instants."""
+    if not card.conditions or card.operation not in _STATISTICS:
+        return card
+    start = card.start if card.first is None else _instant(solution, card.first, card, earlier)
+    stop = card.stop if card.second is None else _instant(solution, card.second, card, earlier)
+    if start is not None and stop is not None and stop < start:
+        raise NotFound(f"TARG, at {stop:.6g}, comes before TRIG, at {start:.6g}")
+    return card._replace(start=start, stop=stop, first=None, second=None)
+
+
+def _param(expression: Expression, earlier: Mapping[str, float]) -> float:
+    names = expression.variables()
+    for name in names:
+        if name not in earlier:
+            hint = suggest(name, earlier)
+            raise NotFound(f"no earlier measure is called {name!r}{hint and '; ' + hint}")
+    return float(np.asarray(expression.evaluate({name: earlier[name] for name in names})))
+
+
+def _instant(solution: Solution, cond: Cond, card: Measure, earlier: Mapping[str, float]) -> float:
+    """Return the abscissa at which a condition holds."""
+    if cond.at is not None:
+        return cond.at
+    signal = _need(cond.signal, "signal")
+    level = 0.0 if cond.other is not None else cond.value or 0.0
+    text = f"{signal.text} = {cond.other.text if cond.other is not None else f'{level:.6g}'}"
+    first, last = bounds(solution)
+    low = max(cond.delay, first if card.start is None else card.start, first)
+    high = last if card.stop is None else min(card.stop, last)
+    trace = trace_of(solution, signal, earlier, first, last, cond.other)
+    # where a window begins on the level, it has been passed before
+    found = statistics.crossings(trace, level, cond.edge, first, last)
+    found = found[(found >= low) & (found <= high)]
+    wanted = -1 if cond.index == 0 else cond.index - 1
+    if found.size == 0 or wanted >= found.size:
+        kind = {"rise": "rising", "fall": "falling"}.get(cond.edge, "")
+        number = "no" if found.size == 0 else f"only {found.size}"
+        crossings = " ".join(filter(None, [kind, "crossing" + "s" * (found.size != 1)]))
+        raise NotFound(f"{text} has {number} {crossings}")
+    return float(found[wanted])
+
+
+def _need(item: T | None, what: str) -> T:
+    if item is None:
+        raise NotFound(f"its {what} is missing")
+    return item

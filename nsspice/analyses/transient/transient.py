@@ -1,0 +1,444 @@
+"""Transient analysis: every island through time on its own, rows put side by side."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+from ...circuit import Circuit
+from ...circuit.blocks import Blocks
+from ...circuit.dependencies import Skipped, needed
+from ...errors import Diagnostic, NumericalError, UsageError
+from ...netlist.deck import Deck, TranCard
+from ..certificate.certificate import Certificate
+from ..certificate.hidden_motion import OutputPoints
+from ..certificate.huge_currents import huge_currents
+from ..request.cards import Tran
+from ..request.interrupts import Interrupts
+from ..request.load import again, need_circuit
+from ..request.measured_signals import Watched
+from ..request.recorder import Recorder, select
+from ..request.restart_state import Beginning
+from ..request.row_sinks import GrowingStore, Sink, Store
+from ..request.settings import Settings
+from ..request.values import checked_values
+from ..signals.curve import Floats
+from ..signals.events import Events
+from ..solution.default_signals import view_of
+from ..solution.recording import Recording
+from ..solution.refusal import check_on_failure, judge
+from ..solution.solution import FinePoints, Solution
+from .advance import Outlet, Progress, advance_all
+from .blocks import split
+from .handover_to_steps import Race
+from .island_runner import IslandRunner
+
+
+def tran(
+    circuit: Circuit,
+    stop: float | None = None,
+    row_step: float | None = None,
+    *,
+    step: float | None = None,
+    start: float = 0.0,
+    uic: bool | None = None,
+    method: str | None = None,
+    theta: float | None = None,
+    reltol: float | None = None,
+    accuracy: str | None = None,
+    signals: Sequence[str] | None = None,
+    extra: Sequence[str] = (),
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+    sink: Sink | None = None,
+    keep: bool = True,
+    all_points: bool = False,
+    everything: bool = False,
+    on_failure: str = "raise",
+) -> Solution:
+    """Simulate a circuit in time.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        From :func:`nsspice.read`.
+    stop : float, optional
+        End [s]; without it everything comes from the deck's first ``.tran`` card.
+    row_step : float, optional
+        Distance of the output rows [s]; a thousandth of the shown time by default.
+    step : float, optional
+        Solver step [s]; by default as SPICE chooses its largest step.  With ``sdirk`` the longest
+        step.
+    start : float
+        First output row [s].
+    uic : bool, optional
+        Start from the initial values of the elements instead of the DC solution.
+    method : str, optional
+        ``auto``, ``modewise`` (exact), ``sdirk`` (steps with error control) or ``moreau`` (fixed
+        steps); ``euler-newton`` or ``euler-newton-rate`` for circuits without energy storage.
+    theta : float, optional
+        Weight of the new state: 1 implicit (default), 0.5 trapezoidal in the smooth part.
+    reltol : float, optional
+        Error of one step of ``sdirk``, as a part of the range of each unknown so far; 1e-5 by
+        default.
+    accuracy : str, optional
+        ``waveforms`` (default), or ``energy``: errors of ``sdirk`` are measured by the energy
+        exchanged in a period of the sources, 1e-4 of it by default.  Means and powers are right,
+        ringing of little energy is damped.
+    signals : sequence of str, optional
+        What to return; the deck's ``.save`` cards, or the default set.
+    extra : sequence of str
+        Signals that are recorded but not among ``columns``.
+    temperature : float, optional
+        [degrees Celsius]
+    values : mapping of str to float, optional
+        Values of R, L, C or sources by element name that replace the deck's [Ohm, H, F, V or A].
+    progress : callable, optional
+        Called with the finished share, 0 to 1.
+    sink : Sink, optional
+        Takes the rows while they are computed.
+    keep : bool
+        False leaves the rows to the sink alone; the solution then holds the first and last row.
+    all_points : bool
+        Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
+        of each jump: the time of a jump stands twice, before and after.
+    everything : bool
+        Simulate also what none of the signals depends on; otherwise ``skipped`` of the solution
+        and its certificate name it.
+    on_failure : str
+        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
+
+    Returns
+    -------
+    Solution
+        With ``interrupted`` set if Ctrl-C stopped it; the rows up to there are complete.
+
+    Raises
+    ------
+    NumericalError
+        If a step has no solution; ``partial`` holds what was computed before.
+    CertificateError
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
+        the run.
+
+    Examples
+    --------
+    >>> import nsspice
+    >>> circuit = nsspice.read('''RC
+    ... V1 a 0 1
+    ... R1 a b 1
+    ... C1 b 0 1 IC=0
+    ... ''')
+    >>> sol = nsspice.tran(circuit, stop=1.0, step=1e-3, uic=True)
+    >>> abs(float(sol["v(b)"][-1]) - (1 - 2.718281828**-1)) < 2e-4
+    True
+    """
+    need_circuit(circuit)
+    check_on_failure(on_failure)
+    if stop is not None:
+        analysis = Tran(stop, row_step, start, None, bool(uic))
+        if row_step is not None and row_step > stop:
+            raise UsageError(
+                Diagnostic(
+                    "NS4005",
+                    f"the distance of the rows, {row_step:g} s, is longer than the run, {stop:g} s",
+                    hint="the stop comes first: tran(circuit, stop, row_step)",
+                )
+            )
+    else:
+        analysis = _from_deck(circuit, uic)
+    settings = Settings.of(circuit.deck, method, theta, step, reltol, accuracy)
+    solution = run_tran(
+        circuit,
+        analysis,
+        settings,
+        signals=signals,
+        extra=extra,
+        temperature=temperature,
+        values=checked_values(circuit, values),
+        progress=progress,
+        sink=sink,
+        keep=keep,
+        all_points=all_points,
+        watched=Watched.of(circuit, analysis),
+        everything=everything,
+    )
+    judge([solution], on_failure)
+    return solution
+
+
+def _from_deck(circuit: Circuit, uic: bool | None) -> Tran:
+    for card in circuit.deck.analyses:
+        if isinstance(card, TranCard):
+            found = Tran.from_card(card)
+            if uic is None:
+                return found
+            return Tran(found.stop, found.row_step, found.start, found.max_step, uic)
+    raise UsageError(
+        Diagnostic(
+            "NS4006",
+            f"{circuit.deck.file} has no .tran card",
+            hint="pass stop=, or add .tran tstep tstop to the deck",
+        )
+    )
+
+
+def run_tran(
+    circuit: Circuit,
+    analysis: Tran,
+    settings: Settings,
+    *,
+    signals: Sequence[str] | None = None,
+    extra: Sequence[str] = (),
+    temperature: float | None = None,
+    values: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
+    sink: Sink | None = None,
+    keep: bool = True,
+    all_points: bool = False,
+    watched: Watched | None = None,
+    beginnings: Sequence[Beginning | None] | None = None,
+    periodic_sources: bool = False,
+    everything: bool = False,
+) -> Solution:
+    """Run one transient analysis; see :func:`tran`.
+
+    Signals that are ``watched`` are recorded between the rows.  ``beginnings`` are the states from
+    which islands begin, where they are given; sources that repeat are continued into the past if
+    they are ``periodic_sources``.
+    """
+    begin = clock.perf_counter()
+    columns = select(circuit, signals)
+    names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
+    whole, skipped = circuit, Skipped()
+    chosen = signals is not None or bool(circuit.deck.saves)
+    if chosen and not everything and beginnings is None:
+        measured = [] if watched is None else [part for _, part in watched.parts]
+        circuit, skipped = needed(circuit, [*names, *measured])
+        if skipped and watched is not None:
+            watched = watched.within(circuit)
+    # without points of its own between them a table may hide what happens
+    shown = (keep or sink is not None) and not all_points
+
+    def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner], list[Race | None]]:
+        local = watched if watched is None or not parts else watched.within(parts.circuit)
+        beside = [(link.source, link.signal) for link in parts.links]
+        recorder = Recorder(parts.circuit, names, beside)
+
+        def runner(k: int, settings: Settings) -> IslandRunner:
+            return IslandRunner(
+                parts.circuit,
+                k,
+                parts.circuit.islands[k],
+                recorder.local[k],
+                analysis,
+                settings,
+                temperature,
+                values,
+                sides=(keep or watched is not None) and not all_points,
+                watched=local,
+                all_points=all_points,
+                beginning=None if beginnings is None else beginnings[k],
+                periodic_sources=periodic_sources,
+                aliases=shown,
+                links=parts.links,
+            )
+
+        count = len(parts.circuit.islands)
+        # what blocks hand on is in closed forms; orbits are continued as they were found
+        free = settings.method == "auto" and not settings.stepped and not parts.links
+        steps = replace(settings, method="sdirk")
+        races = [
+            Race(partial(runner, k, steps)) if free and beginnings is None else None
+            for k in range(count)
+        ]
+        return recorder, [runner(k, settings) for k in range(count)], races
+
+    parts = Blocks(circuit)
+    if beginnings is None and not periodic_sources:
+        parts = split(circuit, settings, analysis, temperature, values)
+    recorder, runners, races = prepare(parts)
+    if not all(runner.drives for runner in runners):
+        parts = Blocks(circuit)
+        recorder, runners, races = prepare(parts)
+    circuit = parts.circuit
+    rows = analysis.row_count
+    width = 1 + len(names)
+    store = GrowingStore(width) if keep and all_points else Store(rows if keep else 2, width)
+    if sink is not None:
+        sink.open(["time", *columns])
+    outlet = Outlet(recorder, store, sink, keep)
+    points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
+    if shown and not keep:
+
+        def see(block: Floats) -> None:
+            for runner in runners:
+                runner.hand_over()
+            points.see(block)
+
+        outlet.watch = see
+    failure: NumericalError | None = None
+    interrupted = False
+    with Interrupts() as interrupts:
+        try:
+            for runner in runners:
+                runner.start()
+                interrupts.check()
+            if all_points:
+                from .all_points import advance_points
+
+                interrupted = advance_points(runners, outlet, analysis, progress, interrupts)
+            else:
+                interrupted = advance_all(
+                    runners, races, outlet, rows, analysis, progress, interrupts
+                )
+        except KeyboardInterrupt:
+            interrupted = True
+        except NumericalError as error:
+            failure = error
+        if sink is not None and (failure is None or outlet.rows):
+            sink.close()
+    found = [runner.jumps() for runner in runners]
+    jumps = sorted((j for told, _ in found for j in told), key=lambda j: j.time)
+    table = outlet.table
+    solution = Solution(
+        "tran",
+        circuit.deck.title,
+        "time",
+        table[:, 0],
+        {name: table[:, 1 + k] for k, name in enumerate(names)},
+        columns,
+        events=Events.merged(runner.events() for runner in runners),
+        impulses=[impulse for jump in jumps for impulse in jump.impulses],
+        jumps=jumps,
+        islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
+        certificate=Certificate.total(runner.certificate() for runner in runners).without(skipped),
+        interrupted=interrupted,
+        wall_time=clock.perf_counter() - begin,
+        row_count=outlet.rows,
+        view=None if signals or circuit.deck.saves else view_of(circuit, "tran", columns),
+    )
+    for runner in runners:
+        solution.warnings += runner.warnings()
+    if shown and keep:
+        points.see(table)
+    if (hidden := points.warning()) is not None:
+        solution.warnings.append(hidden)
+    if not shown and keep:
+        points.see(table)  # all of them
+    if (huge := huge_currents(names, points.sizes)) is not None:
+        solution.warnings.append(huge)
+    if watched is not None:
+        try:
+            solution.recording = _recording(circuit, runners, recorder.local, watched)
+        except NumericalError:
+            if not keep:  # nothing else is wanted
+                raise
+    if failure is None and not interrupted:
+        conditions = (temperature, values or {}, beginnings, periodic_sources, all_points)
+        solution.again = Rerun(whole.deck, analysis, settings, *conditions)
+        solution.more = solution.again if keep else None
+    if keep and any(runner.sides for runner in runners):
+        solution.fine = _Fine(runners, recorder, table)
+    if failure is not None:
+        failure.partial = solution
+        raise failure
+    return solution
+
+
+def _recording(
+    circuit: Circuit,
+    runners: Sequence[IslandRunner],
+    names: Sequence[Sequence[str]],
+    window: Watched,
+) -> Recording:
+    """Return what islands have recorded of the signals that are watched."""
+    followed = [tuple(n[j] for j in r.followed) for r, n in zip(runners, names, strict=True)]
+    pieces = [runner.record() for runner in runners]
+    stop, analysis = window.stop, runners[0].analysis
+    for part in pieces:
+        if part is not None:  # what is too much to be kept ends early
+            reached = float(part.end[-1])
+            late = reached < min(stop, analysis.stop) * (1.0 - 1e-9)
+            stop = reached if late else stop
+    return Recording(circuit, followed, pieces, window.start, stop)
+
+
+@dataclass(frozen=True, slots=True)
+class Rerun:
+    """Runs an analysis once more, and records other signals.
+
+    It holds the deck, since a circuit holds the systems that were assembled of it.
+
+    Parameters
+    ----------
+    deck : Deck
+    analysis : Tran
+    settings : Settings
+    temperature : float or None
+        [degrees Celsius]
+    values : mapping of str to float
+        Values by element name that replace those of the deck.
+    beginnings, periodic_sources, all_points
+        As for ``run_tran``.
+    parameters : mapping of str to float
+        The same by parameter name.
+    """
+
+    deck: Deck
+    analysis: Tran
+    settings: Settings
+    temperature: float | None
+    values: Mapping[str, float]
+    beginnings: Sequence[Beginning | None] | None
+    periodic_sources: bool
+    all_points: bool
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+    def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
+        """Record signals between two instants [s]."""
+        circuit = again(self.deck, self.parameters)
+        watched = Watched.signals(circuit, names, start, stop)
+        solution = self._run(circuit, names, keep=False, watched=watched)
+        assert solution.recording is not None
+        return solution.recording
+
+    def rows(self, names: Sequence[str]) -> Solution:
+        """Return other signals at the same output points."""
+        circuit = again(self.deck, self.parameters)
+        return self._run(circuit, names, keep=True, all_points=self.all_points)
+
+    def _run(self, circuit: Circuit, names: Sequence[str], **options: Any) -> Solution:
+        return run_tran(
+            circuit,
+            self.analysis,
+            self.settings,
+            signals=names,
+            temperature=self.temperature,
+            values=self.values,
+            beginnings=self.beginnings,
+            periodic_sources=self.periodic_sources,
+            **options,
+        )
+
+
+class _Fine:
+    """Puts both sides of jumps, and points kept between rows, into the rows, at the first call."""
+
+    def __init__(self, runners: Sequence[IslandRunner], recorder: Recorder, table: Floats) -> None:
+        self._sides = [runner.sides or [] for runner in runners]
+        self._widths = [runner.width for runner in runners]
+        self._recorder, self._table = recorder, table
+        self._found: tuple[FinePoints | None] | None = None
+
+    def __call__(self) -> FinePoints | None:
+        if self._found is None:
+            from .all_points import with_sides
+
+            self._found = (with_sides(self._sides, self._widths, self._recorder, self._table),)
+        return self._found[0]

@@ -1,0 +1,85 @@
+"""Smooth diode ``D a b model [area]`` whose model card is SPICE's junction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..device import Context, check_flags
+from ..parameter import Parameter, Table
+from ..stamper import Layout
+from .diode_branch import JunctionBody, Leg, Voltage
+from .junction import JunctionLaw
+from .junction_card import read_junction
+from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
+
+if TYPE_CHECKING:
+    from ...netlist.deck import Element, Model
+
+_SET_VALUED = ("vfwd", "ron", "roff", "vrev", "rrev")
+
+
+class JunctionDiode(LegDevice):
+    """A smooth junction, with the effects that its model card gives."""
+
+    INSTANCE = Table(
+        *SIZE,
+        Parameter("temp", "temperature of this diode", "C"),
+        Parameter("dtemp", "temperature above the circuit's", "K", 0.0),
+        Parameter("ic", "initial voltage, used with uic", "V"),
+        *GEOMETRY,
+    )
+    __slots__ = ("ic", "law")
+
+    def __init__(self, element: Element, law: JunctionLaw, leg: Leg, ic: float | None) -> None:
+        super().__init__(element, leg)
+        self.law = law
+        self.ic = ic
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> JunctionDiode | None:
+        """Return the diode of an element line, or None after reporting why not."""
+        findings = context.findings
+        model = element.model
+        assert model is not None
+        check_flags(cls, element, findings)
+        wrong = [key for key in _SET_VALUED if key in element.params]
+        if wrong:
+            findings.error(
+                "NS2005",
+                f"{element.name} gives {wrong[0]}, but its model {model.name} is a smooth junction",
+                element.params[wrong[0]].span,
+                f"write {model.name} with set-valued parameters, or leave {wrong[0]} out",
+            )
+            return None
+        sized = [key for key in ("w", "l") if key in element.params]
+        if sized and "level" in model.params and model.params["level"].value == 3.0:
+            findings.error(
+                "NS2008",
+                f"{sized[0]} of {element.name} (size of a level 3 diode) is not simulated by this "
+                "version",
+                element.params[sized[0]].span,
+                "give area=",
+            )
+        params = {key: p for key, p in element.params.items() if key != "v"}
+        given = cls.INSTANCE.read(params, element.name, findings)
+        parallel = size_of(element, given, findings)
+        law = junction_law(model, context)
+        if law is None or parallel is None:
+            return None
+        body = JunctionBody(law, parallel, given.get("temp"), given.get("dtemp", 0.0))
+        drop = series_drop(element, model, findings)
+        return cls(element, law, Leg(body, drop, parallel), given.get("ic"))
+
+    def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
+        """Return the charge from which a run with ``uic`` starts; ``ic=`` goes first."""
+        a, b = self.ends
+        v = voltage(a) - voltage(b) if self.ic is None else self.ic
+        return list(layout.voltage(*self.leg.charge(layout, self.name, a, b, v)))
+
+
+def junction_law(model: Model, context: Context) -> JunctionLaw | None:
+    """Return the smooth junction of a model card, read once; None after reporting why not."""
+    known = context.models.get(id(model))
+    if known is None:
+        known = context.models[id(model)] = read_junction(model, context.findings) or "wrong"
+    return known if isinstance(known, JunctionLaw) else None

@@ -1,0 +1,127 @@
+"""The element letters: which reader takes a line, and what is said about the others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from ..findings import Unreadable
+from ..text.lines import Line
+from ..text.statement import Item, items
+from .controlled import behavioural, controlled, is_law
+from .passive import coupling, passive
+from .reading import Reader, flat
+from .semiconductors import current_switch, diode, igbt, jfet, mosfet, switch, transistor
+from .sources import source
+from .template import InstanceTemplate, Template
+from .terminals import GROUND
+
+_READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
+    "c": passive,
+    "d": diode,
+    "e": controlled,
+    "f": controlled,
+    "g": controlled,
+    "h": controlled,
+    "i": source,
+    "j": jfet,
+    "k": coupling,
+    "l": passive,
+    "m": mosfet,
+    "q": transistor,
+    "r": passive,
+    "s": switch,
+    "v": source,
+    "w": current_switch,
+    "z": igbt,
+}
+
+#: the charge of a capacitor or the flux of an inductor as an expression
+_LAW = re.compile(r"[\s,)](q|flux)\s*=")
+
+#: letters of other simulators: what the element is, and what to do
+_UNSUPPORTED = {
+    "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
+    "n": ("Verilog-A device", "write the function as a B element"),
+    "o": ("lossy transmission line", "use a ladder of R L C sections"),
+    "p": ("coupled transmission lines", "use a ladder of R L C sections"),
+    "t": ("transmission line", "use a ladder of L C sections"),
+    "u": ("RC line or digital gate", "use a ladder of R C sections"),
+    "y": ("single transmission line", "use a ladder of R L C sections"),
+}
+
+
+def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
+    """Read one element line.
+
+    Raises
+    ------
+    Unreadable
+        With the first thing that is wrong with the line.
+    """
+    text = line.text
+    letter = text[0] if text[0] > " " else text.lstrip()[0]
+    if letter == "b" or ("=" in text and _is_law(letter, line)):
+        return behavioural(reader, line)
+    read = _READERS.get(letter)
+    if read is None and letter != "x":
+        raise _unknown(line, letter)
+    found = items(line)
+    if found[0].kind != "word":
+        where = line.span(found[0].start, found[0].end)
+        hint = "a line starts with the name of an element, a blank, and its nodes"
+        raise Unreadable("NS1009", "the name of an element is needed here", where, hint)
+    return read(reader, line, found) if read is not None else instance(reader, line, found)
+
+
+def _is_law(letter: str, line: Line) -> bool:
+    """Return whether an R, C or L line gives its law as an expression."""
+    if letter == "r":
+        return is_law(line)
+    return letter in "cl" and _LAW.search(line.text) is not None
+
+
+def _unknown(line: Line, letter: str) -> Unreadable:
+    """Return what to say about a line that starts with another character."""
+    start = len(line.text) - len(line.text.lstrip())
+    word = line.raw[start:].split()[0][:40]
+    where = line.span(start, start + len(word))
+    if letter in _UNSUPPORTED:
+        what, hint = _UNSUPPORTED[letter]
+        return Unreadable("NS1005", f"{word}: {what} elements are not supported", where, hint)
+    if letter == "+":
+        return Unreadable("NS1004", "a continuation without a line before it", where)
+    hint = "a line starts with an element letter, a dot or *; a comment starts with *"
+    return Unreadable("NS1004", f"no element starts with {letter}", where, hint)
+
+
+def instance(reader: Reader, line: Line, content: list[Item]) -> InstanceTemplate:
+    """Read ``X n1 n2 ... subcircuit [params:] [name=value ...]``."""
+    pairs: list[Item] = []
+    found = list(flat(content, pairs))
+    name = found[0].text
+    words = [item for item in found[1:] if item.text != "params:"]
+    span = line.whole()
+    for item in words:
+        if item.kind != "word":
+            where = line.span(item.start, item.end)
+            message = f"{name}: {item.text[:40]} is not a node or a subcircuit name"
+            raise Unreadable("NS1009", message, where, "parameters are written name=value")
+    if not words:
+        hint = "write Xname node node ... subcircuit name=value"
+        raise Unreadable("NS1008", f"{name}: the subcircuit name is missing", span, hint)
+    target = words[-1]
+    nodes = tuple(GROUND.get(item.text, item.text) for item in words[:-1])
+    spans = tuple(line.span(item.start, item.end) for item in words[:-1])
+    params = {}
+    for pair in pairs:
+        if not pair.text:
+            where = line.span(pair.start, pair.end)
+            raise Unreadable("NS1007", f"{name}: a name is needed to the left of =", where)
+        if pair.text in params:
+            twice = line.span(pair.start, pair.end)
+            message = f"{name}: parameter {pair.text} is given twice"
+            raise Unreadable("NS1014", message, twice, "remove one of them")
+        params[pair.text] = reader.param(line, pair)
+    where = line.span(target.start, target.end)
+    return InstanceTemplate(name, span, nodes, spans, target.text, where, params)

@@ -1,0 +1,193 @@
+"""V and I lines with their waveforms."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from itertools import pairwise
+
+from ...errors import suggest
+from ..expressions.expression_parser import voltage
+from ..findings import Unreadable
+from ..text.lines import Line
+from ..text.statement import Item
+from .broken_line import points_of
+from .controlled import table_law
+from .reading import Reader, flat
+from .template import SourceTemplate, Template, Value
+from .terminals import Terminals
+from .waveforms import KINDS, count_problem
+
+_SPELLINGS = {"sine": "sin"}
+_OTHER = {"trnoise", "trrandom", "noise", "external", "distof1", "distof2", "wavefile", "pat"}
+_PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
+#: words that end the arguments of a waveform
+_KEYWORDS = {"dc", "ac", "load", *KINDS}
+
+
+def source(reader: Reader, line: Line, items: list[Item]) -> Template:
+    """Read ``V n+ n- [DC v] [AC mag [phase]] [waveform(...)]`` and the same for I.
+
+    Parentheses and commas only separate: ``PULSE 0 5 1u`` is ``PULSE(0 5 1u)``.
+    """
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(2)
+    result = terminals.template()
+    # most sources are a lone DC value
+    value = SourceTemplate(result.span)
+    result.source = value
+    while (item := terminals.next()) is not None:
+        word = item.text if item.kind == "word" else ""
+        kind = _SPELLINGS.get(word, word)
+        if kind == "dc":
+            if terminals.peek() is None or _next_is(terminals, {"ac", *KINDS, *_SPELLINGS}):
+                continue  # V1 a 0 DC PULSE(0 1): the waveform tells the value at DC, too
+            value.dc = _number(terminals, terminals.next(), "the DC value")
+        elif kind == "ac":
+            magnitude = _optional(terminals)
+            phase = _optional(terminals) if magnitude is not None else None
+            value.ac = (
+                1.0 if magnitude is None else _number(terminals, magnitude, "a magnitude"),
+                0.0 if phase is None else _number(terminals, phase, "a phase"),
+            )
+        elif kind in KINDS:
+            _waveform(terminals, value, item, kind)
+        elif kind == "tbl" and result.letter == "i":
+            _table(terminals, result, _arguments(terminals))
+        elif kind == "load" and result.letter == "i":
+            raise _load(terminals, item)
+        elif kind in _OTHER:
+            where = line.span(item.start, item.end)
+            message = f"{result.name}: the waveform {kind} is not supported"
+            raise Unreadable("NS1002", message, where, f"known: {', '.join(KINDS)}")
+        elif value.dc is None and not value.kind:
+            if word and reader.number(line, item.start, item.end) is None:
+                near = suggest(word, [*KINDS, "dc", "ac", "sine"])
+                if near:
+                    where = line.span(item.start, item.end)
+                    raise Unreadable(
+                        "NS1009", f"{result.name}: unknown waveform {word}", where, near
+                    )
+            value.dc = _number(terminals, item, "a DC value or a waveform")
+        else:
+            _unexpected(terminals, item, result)
+    for pair in terminals.pairs:
+        if pair.text == "tbl" and result.letter == "i":
+            _table(terminals, result, list(flat([pair.items[1]])))
+    terminals.pairs = [pair for pair in terminals.pairs if pair.text != "tbl"]
+    params = terminals.params(_PARAMS)
+    if "dc" in params:
+        value.dc = terminals.param_value(params.pop("dc"))
+    if "ac" in params:
+        value.ac = (terminals.param_value(params.pop("ac")), 0.0)
+    for key in ("r", "td"):
+        if key == "r" and key in params and value.repeats:
+            message = f"{result.name}: r= beside a repeated part"
+            raise Unreadable("NS1009", message, params[key].span, "keep one of them")
+        if key in params and value.kind == "pwl":
+            value.options[key] = terminals.param_value(params.pop(key))
+        elif key in params:
+            raise Unreadable("NS1014", f"{result.name}: {key}= belongs to PWL", params[key].span)
+    result.params = params
+    if result.quantity:
+        if value.kind or value.dc is not None:
+            message = f"{result.name}: a table and another value are given"
+            raise Unreadable("NS1009", message, result.span, "keep one of them")
+        result.source = None
+    return result
+
+
+def _table(terminals: Terminals, result: Template, points: list[Item]) -> None:
+    """Let the current of a source follow a table of the voltage across it (LTspice)."""
+    result.value = table_law(terminals, voltage(*result.nodes), points)
+    result.quantity = "i"
+
+
+def _load(terminals: Terminals, item: Item) -> Unreadable:
+    """Return what to say about a source that takes power only (LTspice)."""
+    a, b = terminals.nodes
+    return Unreadable(
+        "NS1002",
+        f"{terminals.name}: load, a current that ends with the voltage across it, is not simulated",
+        terminals.line.span(item.start, item.end),
+        "a constant current that falls to zero below 0.5 V is a table of the voltage: "
+        f"{terminals.name} {a} {b} TBL(0 0 0.5 1m), with the current in place of 1m",
+    )
+
+
+def _optional(terminals: Terminals) -> Item | None:
+    """Take the next item if it is a value and not a keyword."""
+    item = terminals.peek()
+    if item is None or (item.kind == "word" and item.text[0] not in "0123456789.+-"):
+        return None
+    return terminals.next()
+
+
+def _next_is(terminals: Terminals, words: Collection[str]) -> bool:
+    """Return whether the next item is one of some keywords."""
+    item = terminals.peek()
+    return item is not None and item.kind == "word" and item.text in words
+
+
+def _number(terminals: Terminals, item: Item | None, what: str) -> Value:
+    """Return a value that must be there."""
+    if item is None:
+        raise Unreadable("NS1008", f"{terminals.name}: {what} is missing", terminals.span)
+    return terminals.reader.value(terminals.line, item, what)
+
+
+def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str) -> None:
+    """Take the arguments of a waveform: everything up to the next keyword."""
+    line = terminals.line
+    where = line.span(word.start, word.end)
+    if value.kind:
+        message = f"{terminals.name}: a second waveform after {value.kind}"
+        raise Unreadable("NS1009", message, where, "keep one of them")
+    value.kind = kind
+    arguments = _arguments(terminals)
+    if kind == "pwl":
+        arguments, value.relative, value.repeats = points_of(terminals, arguments)
+    reader = terminals.reader
+    value.values = reader.values(line, arguments, f"an argument of {kind}")
+    if any(pair.text == "file" for pair in terminals.pairs):
+        message = f"{terminals.name}: PWL data from a file are not supported"
+        raise Unreadable("NS1002", message, where, "write the points into the netlist")
+    problem, hint = count_problem(kind, len(arguments))
+    if problem:
+        raise Unreadable("NS1008", f"{terminals.name}: {problem}", where, hint)
+    _decimal_commas(terminals, arguments)
+
+
+def _arguments(terminals: Terminals) -> list[Item]:
+    """Take everything up to the next keyword."""
+    return terminals.until(_KEYWORDS)
+
+
+def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
+    """Warn where a comma stands between digits while blanks separate the other arguments."""
+    line = terminals.line
+    if "," not in line.text:
+        return
+    commas = [
+        (a, b) for a, b in pairwise(arguments) if b.start == a.end + 1 and line.text[a.end] == ","
+    ]
+    if commas and 2 * len(commas) < len(arguments) - 1:
+        first, second = commas[0]
+        shown = line.raw[first.start : second.end]
+        terminals.reader.findings.warning(
+            "NS1013",
+            f"{terminals.name}: {shown} is read as two arguments: a comma separates",
+            line.span(first.start, second.end),
+            "decimals are written with a point: 1.5",
+        )
+
+
+def _unexpected(terminals: Terminals, item: Item, result: Template) -> None:
+    """Report an item after the value."""
+    where = terminals.line.span(item.start, item.end)
+    near = suggest(item.text, [*KINDS, "dc", "ac"])
+    message = f"{result.name}: {item.text[:40]} is not expected here"
+    line = terminals.line
+    if line.text[item.start - 1] == "," and line.text[item.start - 2].isdigit():
+        raise Unreadable("NS1013", f"{result.name}: a comma separates two values here", where,
+                         "decimals are written with a point: 1.5")  # fmt: skip
+    raise Unreadable("NS1009", message, where, near)

@@ -1,0 +1,186 @@
+"""The content of a deck or subcircuit, each line read once however often it is instantiated."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from ...errors import Span
+from ..elements.elements import element
+from ..elements.reading import Reader
+from ..elements.template import Formula, FunctionTemplate, InstanceTemplate, ModelTemplate, Template
+from ..expressions.node import TooLarge
+from ..findings import Findings, Unreadable
+from ..text.files import card_of
+from ..text.lines import Line
+from ..text.structure import Block, Conditional, Definition
+from .definitions import Header, as_formula, function, model, parameters
+
+
+@dataclass(slots=True)
+class Branch:
+    """One branch of an .if, read when it is first taken; the condition of .else is None."""
+
+    condition: Formula | None
+    block: Block
+    body: Body | None = None
+
+
+@dataclass(slots=True)
+class Choice:
+    """The branches of an .if."""
+
+    branches: list[Branch]
+
+
+@dataclass(slots=True)
+class Subcircuit:
+    """A definition: header and body, the body read when it is first used."""
+
+    header: Header
+    block: Block
+    body: Body | None = None
+
+
+@dataclass(slots=True)
+class Body:
+    """What a block of lines declares.
+
+    ``items`` holds elements, instances and choices in deck order; ``cards`` the dot lines that ask
+    for analyses and outputs.
+    """
+
+    items: list[Template | InstanceTemplate | Choice] = field(default_factory=list)
+    params: dict[str, tuple[Formula, Span]] = field(default_factory=dict)
+    functions: dict[str, FunctionTemplate] = field(default_factory=dict)
+    models: dict[str, ModelTemplate] = field(default_factory=dict)
+    subcircuits: dict[str, Subcircuit] = field(default_factory=dict)
+    cards: list[tuple[str, Line]] = field(default_factory=list)
+
+
+#: a lone = in a condition, with a blank beside it that makes room for a second one
+_LONE_EQUAL = re.compile(r"(?<![=<>!])(?: =|= |=)(?!=)")
+
+
+def _equality(line: Line) -> Line:
+    """Return the line of a condition with ``==`` for ``=``, which cannot mean anything else."""
+    raw = _LONE_EQUAL.sub("==", line.raw)
+    return line if raw == line.raw else Line(raw, line.file, line.number, line.source, line.pieces)
+
+
+class BodyReader:
+    """Turns blocks into bodies.
+
+    Parameters
+    ----------
+    reader : Reader
+        For values; its findings collect what cannot be read.
+    """
+
+    def __init__(self, reader: Reader) -> None:
+        self._reader = reader
+        self._findings: Findings = reader.findings
+
+    def read(self, block: Block) -> Body:
+        """Read all lines of a block; what cannot be read is recorded and left out."""
+        body = Body()
+        findings = self._findings
+        reader = self._reader
+        append = body.items.append
+        for entry in block.entries:
+            try:
+                if isinstance(entry, Line):
+                    text = entry.text
+                    if text[0] == "." or text.lstrip()[0] == ".":
+                        self._card(body, entry)
+                    else:
+                        append(element(reader, entry))
+                elif isinstance(entry, Definition):
+                    self._definition(body, entry)
+                else:
+                    append(self._choice(entry))
+            except Unreadable as found:
+                findings.record(found)
+                self.doubt(entry)
+            except TooLarge:
+                place = entry.whole() if isinstance(entry, Line) else None
+                findings.error("NS1023", "the expressions of this line are too large", place)
+        return body
+
+    def doubt(self, *entries: Line | Definition | Conditional) -> None:
+        """Note the names that entries with errors may have declared, so that none is missed."""
+        for entry in entries:
+            if isinstance(entry, Line):
+                words = re.findall(r"[^\s(),={}]+", entry.text)
+                self._findings.doubtful.update(words[:100])
+            elif isinstance(entry, Definition):
+                self.doubt(entry.header)
+            else:
+                for _, block in entry.branches:
+                    self.doubt(*block.entries)
+
+    def _definition(self, body: Body, entry: Definition) -> None:
+        """Declare a subcircuit."""
+        header = Header(self._reader, entry.header)
+        before = body.subcircuits.get(header.name)
+        if before is not None:
+            message = f"subcircuit {header.name} is defined twice"
+            hint = f"the other one stands in line {before.header.span.line}"
+            self._findings.error("NS1006", message, header.span, hint)
+            return
+        body.subcircuits[header.name] = Subcircuit(header, entry.block)
+
+    def _choice(self, entry: Conditional) -> Choice:
+        """Read the conditions."""
+        branches: list[Branch] = []
+        for index, (line, block) in enumerate(entry.branches):
+            if index and branches[-1].condition is None:
+                raise Unreadable("NS1044", "a branch after .else", line.whole(), "move .else last")
+            found = re.match(r"\s*\.\w+\s*", line.text)
+            start = found.end() if found else 0
+            if card_of(line) == "else":
+                condition = None
+            else:
+                line = _equality(line)
+                condition = as_formula(self._reader, line, start, len(line.raw.rstrip()))
+            branches.append(Branch(condition, block))
+        return Choice(branches)
+
+    def _card(self, body: Body, line: Line) -> None:
+        """Sort a dot line into declarations and requests."""
+        card = card_of(line)
+        if card in ("param", "params", "parameter", "parameters"):
+            defined = function(self._reader, line)
+            if defined is not None:
+                self._function(body, defined)
+                return
+            for name, formula, where in parameters(self._reader, line):
+                before = body.params.get(name)
+                if before is not None:
+                    message = f"parameter {name} is defined again; the last definition counts"
+                    hint = f"the other one stands in line {before[1].line}"
+                    self._findings.warning("NS1032", message, where, hint)
+                body.params[name] = (formula, where)
+        elif card == "func":
+            defined = function(self._reader, line)
+            assert defined is not None
+            self._function(body, defined)
+        elif card == "model":
+            found = model(self._reader, line)
+            known = body.models.get(found.name)
+            if known is not None:
+                message = f"model {found.name} is defined twice"
+                hint = f"the other one stands in line {known.span.line}"
+                self._findings.error("NS1061", message, found.span, hint)
+                return
+            body.models[found.name] = found
+        else:
+            body.cards.append((card, line))
+
+    def _function(self, body: Body, defined: FunctionTemplate) -> None:
+        """Declare a function."""
+        if defined.name in body.functions:
+            message = f"function {defined.name} is defined again; the last definition counts"
+            hint = f"the other one stands in line {body.functions[defined.name].span.line}"
+            self._findings.warning("NS1032", message, defined.span, hint)
+        body.functions[defined.name] = defined

@@ -1,0 +1,154 @@
+"""``.param``, ``.func``, ``.model`` and the header of ``.subckt``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from ...errors import Span
+from ..elements.reading import Reader, assignments, flat, key_of
+from ..elements.template import Formula, FunctionTemplate, ModelTemplate, ParamText
+from ..elements.terminals import GROUND
+from ..expressions.node import num
+from ..findings import Unreadable
+from ..text.lines import Line
+from ..text.statement import Item, items
+
+_RESERVED = {"time", "temper", "hertz"}
+#: PSpice's lateral PNP: every PNP is lateral here, unless SUBS=1
+_SAME_TYPES = {"lpnp": "pnp"}
+_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|\{[^}]*\}")
+_FUNCTION = re.compile(
+    r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
+)
+
+
+def parameters(reader: Reader, line: Line) -> Iterator[tuple[str, Formula, Span]]:
+    """Yield the ``name=expression`` items of a .param line with the places of their names."""
+    start = len(line.text) - len(line.text.lstrip()) + len(line.text.split()[0])
+    first, found = assignments(line, start)
+    stray = line.text[start:first].strip(" \t,")
+    if stray or not found:
+        shown = stray[:40] or ".param"
+        where = line.whole() if not stray else line.span(line.text.index(stray, start), first)
+        raise Unreadable("NS1080", f"{shown}: name=value is needed", where, "write .param r=1k")
+    for name, begin, left, right in found:
+        where = line.span(begin, begin + len(name))
+        if name in _RESERVED:
+            raise Unreadable("NS1080", f"{name} is reserved", where, "choose another name")
+        if left == right:
+            raise Unreadable("NS1080", f"parameter {name} has no value", where, "write name=value")
+        yield name, as_formula(reader, line, left, right), where
+
+
+def as_formula(reader: Reader, line: Line, start: int, end: int) -> Formula:
+    """Return an expression as a formula, also when it is a plain number."""
+    value = reader.formula(line, start, end)
+    return value if isinstance(value, Formula) else Formula(num(value), line, start, end)
+
+
+def function(reader: Reader, line: Line) -> FunctionTemplate | None:
+    """Read ``.func f(x, y) {expr}``; None if a .param line defines no function."""
+    found = _FUNCTION.match(line.text)
+    if found is None:
+        if line.text.lstrip().startswith(".func"):
+            raise Unreadable("NS1080", ".func needs a name and arguments", line.whole(),
+                             "write .func f(x) {x*x}")  # fmt: skip
+        return None
+    name = found.group(1)
+    formals = tuple(word for word in re.split(r"[\s,]+", found.group(2)) if word)
+    where = line.span(*found.span(1))
+    for formal in formals:
+        if not re.fullmatch(r"[^\W\d][\w.]*", formal):
+            raise Unreadable("NS1080", f"{formal[:40]} cannot name an argument", where)
+    if len(set(formals)) < len(formals):
+        raise Unreadable("NS1080", f"function {name}: two arguments share a name", where)
+    start, end = found.end(), len(line.raw.rstrip())
+    if end - start >= 2 and line.text[start] + line.text[end - 1] in ("{}", "''", '""'):
+        start, end = start + 1, end - 1
+    return FunctionTemplate(name, formals, as_formula(reader, line, start, end), where)
+
+
+def model(reader: Reader, line: Line) -> ModelTemplate:
+    """Read ``.model name type(par=value ... word)``, with or without parentheses."""
+    pairs: list[Item] = []
+    words: list[Item] = []
+    for item in flat(items(_closed_once(reader, line))):
+        (pairs if item.kind == "pair" else words).append(item)
+    hint = "write .model name type(parameter=value ...)"
+    if len(words) < 3 or words[1].kind != "word" or words[2].kind != "word":
+        raise Unreadable("NS1080", ".model needs a name and a type", line.whole(), hint)
+    name, kind = words[1].text, words[2].text
+    where = line.span(words[1].start, words[1].end)
+    if kind.startswith("ako:"):
+        raise Unreadable("NS1002", f"model {name}: ako: is not supported", where,
+                         "copy the parameters of the other model")  # fmt: skip
+    kind = _SAME_TYPES.get(kind, kind)
+    params: dict[str, ParamText] = {}
+    for item in words[3:]:  # bare words such as ideal are switches that are on
+        if item.kind != "word" or not re.fullmatch(r"[^\W\d]\w*", item.text):
+            at = line.span(item.start, item.end)
+            shown = line.raw[item.start : item.end][:40]
+            message = f"model {name}: {shown} is not a parameter"
+            raise Unreadable("NS1009", message, at, "parameters are written name=value")
+        params[item.text] = ParamText(1.0, line.span(item.start, item.end))
+    for pair in pairs:
+        key = key_of(line, pair)
+        if key in params:
+            at = line.span(pair.start, pair.end)
+            raise Unreadable("NS1014", f"model {name}: parameter {key} is given twice", at)
+        params[key] = reader.param(line, pair)
+    return ModelTemplate(name, kind, where, params)
+
+
+def _closed_once(reader: Reader, line: Line) -> Line:
+    """Return a line with one closing parenthesis at its end for each that is open.
+
+    SPICE reads over those too many and those missing there, which nothing else can be meant by.
+    """
+    raw = line.raw.rstrip()
+    where = line.span(len(raw) - 1, len(raw))
+    bare = _QUOTED.sub("", raw)
+    surplus = bare.count(")") - bare.count("(")
+    if surplus == 0:
+        return line
+    message, hint = "the closing parenthesis is missing here", "add it"
+    if surplus > 0:
+        message, hint = "a closing parenthesis too many is ignored", "remove it"
+    while surplus > 0 and raw.endswith(")"):
+        raw, surplus = raw[:-1].rstrip(), surplus - 1
+    if surplus > 0:  # it stands elsewhere
+        return line
+    raw += ")" * -surplus
+    reader.findings.warning("NS1003", message, where, hint)
+    return Line(raw, line.file, line.number, line.source, line.pieces)
+
+
+class Header:
+    """``.subckt name n1 n2 ... [params:] [p=default ...]``."""
+
+    def __init__(self, reader: Reader, line: Line) -> None:
+        pairs: list[Item] = []
+        found = [i for i in flat(items(line)[1:], pairs) if i.text != "params:"]
+        hint = "write .subckt name node node ... parameter=default"
+        if not found or any(item.kind != "word" for item in found):
+            raise Unreadable("NS1080", ".subckt needs a name and node names", line.whole(), hint)
+        self.name = found[0].text
+        self.line = line
+        self.span = line.span(found[0].start, found[0].end)
+        self.nodes = tuple(GROUND.get(item.text, item.text) for item in found[1:])
+        self.params: dict[str, tuple[Formula, Span]] = {}
+        seen: set[str] = set()
+        for item in found[1:]:
+            where = line.span(item.start, item.end)
+            if item.text in seen:
+                message = f"subcircuit {self.name}: node {item.text} stands twice"
+                raise Unreadable("NS1080", message, where)
+            seen.add(item.text)
+        for pair in pairs:
+            right = pair.items[1]
+            start, end = right.start, right.end
+            if right.kind in ("expr", "string"):
+                start, end = start + 1, end - 1
+            where = line.span(pair.start, pair.end)
+            self.params[key_of(line, pair)] = (as_formula(reader, line, start, end), where)

@@ -1,0 +1,327 @@
+"""From bodies to flat elements: instances unfolded, parameters and node names put in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...errors import Span, suggest
+from ..deck import Element, Source
+from ..elements.parasitics import taken_apart
+from ..elements.template import InstanceTemplate, SourceTemplate, Template
+from ..expressions.expression import Expression
+from ..expressions.expression_parser import voltage
+from ..expressions.node import Node, var
+from ..findings import Findings, Unreadable
+from ..text.lines import Line
+from .binding import NOTHING
+from .body import Body, BodyReader, Choice, Subcircuit
+from .repetition import Repetition, written_out
+from .scope import Scope
+
+#: elements of an expanded deck; more would not fit into memory anyway
+MAX_ELEMENTS = 1_000_000
+#: subcircuits within subcircuits
+MAX_NESTING = 50
+#: model types whose standard values are a usable device
+_TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
+
+
+class Expander:
+    """Unfolds a deck.
+
+    Parameters
+    ----------
+    findings : Findings
+        Receives what is wrong.
+    bodies : BodyReader
+        Reads the bodies of subcircuits when they are first used.
+    """
+
+    def __init__(self, findings: Findings, bodies: BodyReader) -> None:
+        self.elements: list[Element] = []
+        self.places: dict[str, Span] = {}
+        self.cards: list[tuple[str, Line, Scope]] = []
+        #: names that elements with errors would have declared
+        self.doubtful = findings.doubtful
+        self._findings = findings
+        self._bodies = bodies
+        self._instances = 0
+        self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
+
+    def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate]:
+        """Declare a body's names, decide its conditionals, return what is to be built."""
+        scope.declare(body)
+        self.cards += [(card, line, scope) for card, line in body.cards]
+        if not any(isinstance(item, Choice) for item in body.items):
+            return body.items  # type: ignore[return-value]
+        result: list[Template | InstanceTemplate] = []
+        for item in body.items:
+            if not isinstance(item, Choice):
+                result.append(item)
+                continue
+            for branch in item.branches:
+                try:
+                    if branch.condition is None or scope.number(branch.condition) != 0.0:
+                        if branch.body is None:
+                            branch.body = self._bodies.read(branch.block)
+                        result += self.choose(scope, branch.body)
+                        break
+                except Unreadable as found:
+                    self._findings.record(found)
+                    for other in item.branches:
+                        self._bodies.doubt(*other.block.entries)
+                    break
+        return result
+
+    def expand(
+        self,
+        scope: Scope,
+        items: list[Template | InstanceTemplate],
+        active: tuple[Subcircuit, ...] = (),
+    ) -> None:
+        """Build all elements of a scope, depth first."""
+        for item in items:
+            try:
+                if isinstance(item, Template):
+                    self._element(scope, item)
+                else:
+                    self._instance(scope, item, active)
+            except Unreadable as found:
+                self._findings.record(found)
+                self.doubtful.add(scope.prefix + item.name)
+                self.doubtful.update(scope.node(node) for node in item.nodes)
+
+    def _claim(self, name: str, local: str, span: Span) -> None:
+        """Register a full name; a second element of that name is an error."""
+        before = self.places.get(name)
+        if before is not None:
+            message = f"{local} stands twice: here and in line {before.line}"
+            if before.file != span.file:
+                message += f" of {before.file}"
+            raise Unreadable("NS1006", message, span, "give one of them another name")
+        self.places[name] = span
+
+    # -- elements ----------------------------------------------------------------------------
+
+    def _element(self, scope: Scope, item: Template) -> None:
+        """Build one element."""
+        name = scope.prefix + item.name
+        self._claim(name, item.name, item.span)
+        given = item.value
+        nodes, controls = item.nodes, item.controls
+        if scope.prefix:
+            nodes = tuple([scope.node(node) for node in nodes])
+        value: float | Expression | None
+        model = scope.model(item.model) if item.model else None
+        if given is None and model is None and item.letter in "rcl":
+            given = scope.parameter(item.model)  # R1 a b rload
+        if given is None or isinstance(given, float):
+            value = given
+        else:
+            thermal = bool(item.quantity)
+            value = scope.expression(given, item.letter in "lr", thermal, _own(item, nodes))
+        if scope.prefix:
+            if item.control_kind == "node":
+                controls = tuple([scope.node(node) for node in controls])
+            elif controls:
+                controls = tuple([scope.prefix + control for control in controls])
+        params = {}
+        for key, text in item.params.items():
+            params[key] = scope.param(key, text)
+        element = Element(
+            name,
+            item.letter,
+            nodes,
+            item.span,
+            controls,
+            value,
+            item.quantity if isinstance(value, Expression) else self._plain(item),
+            model,
+            self._source(scope, item.source) if item.source else None,
+            params,
+            dict(item.flags),
+            item.node_spans,
+            scope.named_models(item.params) if item.letter in "mqz" else {},
+        )
+        if item.model and model is None and (item.value is not None or value is None):
+            raise self._no_model(scope, item)
+        for part in taken_apart(element, self._findings) if params else (element,):
+            if part.name != name:
+                self._claim(part.name, part.name[len(scope.prefix) :], part.span)
+            if len(self.elements) >= MAX_ELEMENTS:
+                raise _too_many(item.span)
+            self.elements.append(part)
+        if item.control_kind == "element":
+            spans = item.node_spans[len(nodes) :]
+            self._controlled.append((element, spans, scope.prefix))
+
+    @staticmethod
+    def _plain(item: Template) -> str:
+        """Return the quantity of a source whose expression turned out to be a number."""
+        return item.quantity if item.letter in "bcefghilr" else ""
+
+    @staticmethod
+    def _no_model(scope: Scope, item: Template) -> Unreadable:
+        """Return the finding for an unknown model name."""
+        if item.letter in "rcl":
+            message = f"{item.name}: {item.model} is neither a value nor the name of a model"
+            hint = suggest(item.model, [*scope.known("models"), *scope.known("params")])
+            return Unreadable("NS1060", message, item.model_span, hint, item.model)
+        hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
+        if item.model in _TYPES:  # LTspice has a model of standard values for each type
+            hint = f"add .model {item.model} {item.model} for SPICE's standard values"
+        return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",
+                          item.model_span, hint, item.model)  # fmt: skip
+
+    @staticmethod
+    def _source(scope: Scope, given: SourceTemplate) -> Source:
+        """Evaluate the value of an independent source."""
+        ac = None
+        if given.ac is not None:
+            ac = (scope.number(given.ac[0]), scope.number(given.ac[1]))
+        values = [scope.number(value) for value in given.values]
+        options = {key: scope.number(value) for key, value in given.options.items()}
+        if given.kind == "pwl" and (given.relative or given.repeats):
+            parts = [
+                Repetition(r.first, r.last, scope.number(r.count), r.span) for r in given.repeats
+            ]
+            values, repeat = written_out(values, given.relative, parts)
+            if repeat is not None:
+                options["r"] = repeat
+        return Source(
+            None if given.dc is None else scope.number(given.dc),
+            ac,
+            given.kind,
+            tuple(values),
+            options,
+            given.span,
+        )
+
+    # -- instances ---------------------------------------------------------------------------
+
+    def _instance(
+        self, scope: Scope, item: InstanceTemplate, active: tuple[Subcircuit, ...]
+    ) -> None:
+        """Unfold one X line."""
+        self._claim(scope.prefix + item.name, item.name, item.span)
+        found = scope.subcircuit(item.subcircuit)
+        if found is None:
+            hint = suggest(item.subcircuit, scope.known("subcircuits"))
+            hint = hint or f"add .subckt {item.subcircuit} ... .ends, or .include its file"
+            message = f"{item.name}: there is no subcircuit {item.subcircuit}"
+            raise Unreadable("NS1040", message, item.subcircuit_span, hint, item.subcircuit)
+        target, home = found
+        header = target.header
+        if target in active:
+            chain = [s.header.name for s in active[active.index(target) :]] + [header.name]
+            message = f"subcircuit {header.name} contains itself: {' -> '.join(chain)}"
+            raise Unreadable("NS1042", message, item.span, "remove one of these X lines")
+        if len(active) >= MAX_NESTING:
+            message = f"subcircuits are nested deeper than {MAX_NESTING}"
+            raise Unreadable("NS1042", message, item.span)
+        if len(item.nodes) != len(header.nodes):
+            message = (
+                f"{item.name}: {header.name} has {len(header.nodes)} nodes, not {len(item.nodes)}"
+            )
+            hint = f"its nodes are {' '.join(header.nodes)}" if header.nodes else ""
+            raise Unreadable("NS1041", message, item.span, hint)
+        self._instances += 1
+        if not active and self._size(item, [scope]) > MAX_ELEMENTS:
+            raise _too_many(item.span)
+        if self._instances > MAX_ELEMENTS:
+            raise _too_many(item.span)
+        if target.body is None:
+            target.body = self._bodies.read(target.block)
+        actual = [scope.node(node) for node in item.nodes]
+        nodes = dict(zip(header.nodes, actual, strict=True))
+        outside = nodes.pop("0", "0")
+        if outside != "0":
+            self._findings.warning(
+                "NS1045",
+                f"{item.name}: {header.name} calls one of its nodes ground: {outside} is not used",
+                item.span,
+                f"connect {outside} to ground, or rename the node in .subckt {header.name}",
+            )
+        inner = scope.child(home, item.name, nodes)
+        self._pass(scope, inner, item, target)
+        self.expand(inner, self.choose(inner, target.body), (*active, target))
+
+    def _pass(self, scope: Scope, inner: Scope, item: InstanceTemplate, target: Subcircuit) -> None:
+        """Give an instance its parameters: the X line's values, then the defaults."""
+        header = target.header
+        inner.params.update(header.params)
+        for name, given in item.params.items():
+            if name not in header.params:
+                if name == "m":
+                    if scope.param(name, given).value == 1.0:  # schematic editors write it
+                        continue
+                    message = f"{item.name}: m= on an X line is not supported"
+                    raise Unreadable("NS1014", message, given.span, "write the instance m times")
+                hint = suggest(name, header.params)
+                known = ", ".join(header.params)
+                hint = hint or (f"known: {known}" if known else "declare it on the .subckt line")
+                message = f"{item.name}: {header.name} has no parameter {name}"
+                raise Unreadable("NS1014", message, given.span, hint)
+            value = scope.param(name, given).value
+            if not isinstance(value, float):
+                shown = getattr(value, "text", value)
+                message = f"{item.name}: {name}={shown} is not a number"
+                raise Unreadable("NS1010", message, given.span)
+            inner.fixed[name] = value
+
+    def _size(self, item: InstanceTemplate, scopes: list[Scope]) -> int:
+        """Return how many elements an instance has at least, without building them.
+
+        Doubling at each of 40 levels is seen here in 40 steps and not after a million elements.
+        """
+        known: dict[int, int] = {}
+
+        def size(target: Subcircuit, home: tuple[dict[str, Subcircuit], ...], depth: int) -> int:
+            if id(target) in known or depth > MAX_NESTING:
+                return known.get(id(target), 1)
+            known[id(target)] = 1  # a loop is reported where it is unfolded
+            if target.body is None:
+                target.body = self._bodies.read(target.block)
+            names = (target.body.subcircuits, *home)
+            total = 1
+            for inner in target.body.items:
+                if isinstance(inner, InstanceTemplate):
+                    for table in names:
+                        if inner.subcircuit in table:
+                            at = names[names.index(table) :]
+                            total += size(table[inner.subcircuit], at, depth + 1)
+                            break
+                elif isinstance(inner, Template):
+                    total += 1
+            known[id(target)] = total
+            return total
+
+        found = scopes[0].subcircuit(item.subcircuit)
+        assert found is not None
+        return size(found[0], (found[1].subcircuits,), 0)
+
+    # -- checks of the whole -----------------------------------------------------------------
+
+    def check_controls(self) -> None:
+        """Report elements that name a source or an inductor that does not exist."""
+        for element, spans, prefix in self._controlled:
+            for control, span in zip(element.controls, spans, strict=False):
+                if control in self.places or self._findings.is_doubtful(control):
+                    continue
+                local = control[len(prefix) :]
+                names = [n[len(prefix) :] for n in self.places if n.startswith(prefix)]
+                near = suggest(local, (n for n in names if "." not in n))
+                message = f"{element.name}: there is no element {local}"
+                self._findings.error("NS1070", message, span, near)
+
+
+def _own(item: Template, nodes: tuple[str, ...]) -> Mapping[str, Node]:
+    """Return what ``x`` means: the voltage across a charge, the current of a flux."""
+    if item.quantity == "q":
+        return {"x": voltage(*nodes)}
+    return {"x": var("i")} if item.quantity == "flux" else NOTHING
+
+
+def _too_many(span: Span) -> Unreadable:
+    message = f"the deck expands to more than {MAX_ELEMENTS} elements"
+    return Unreadable("NS1043", message, span, "look for subcircuits that multiply each other")
