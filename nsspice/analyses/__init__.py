@@ -6,8 +6,9 @@ from .certificate.certificate import Certificate
 from .request.cards import Dc, Op, Tran
 from .request.load import read, read_deck
 from .request.settings import METHODS, Settings
+from .results.jumps import Impulse
 from .signals.events import Event
-from .solution.solution import Impulse, IslandRun, Solution
+from .solution.solution import IslandRun, Solution
 from .static.statics import dc, op
 from .steady.loop_gain import loop
 from .steady.sensitivity import sens

@@ -14,7 +14,7 @@ import numpy as np
 from ..analyses.signals.curve import Curve
 from ..analyses.signals.signal_names import canonical
 from ..analyses.solution.solution import Solution
-from ..analyses.transient.measure import NotFound, bounds, statistic, value_at
+from ..analyses.solution.window_statistics import NotFound, bounds, statistic, value_at
 from ..errors import NsspiceError, suggest
 from ..netlist.expressions.expression import Expression
 from .norms import distance

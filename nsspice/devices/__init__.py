@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from .diodes.junction import JunctionLaw
     from .diodes.junction_diode import JunctionDiode
     from .effect import Effect
-    from .expressions.behavioural import Behavioural, BehaviouralResistor, Reading
+    from .expressions.behavioural import Behavioural, Reading
     from .mosfets.level1 import Level1
     from .mosfets.mosfet import Mosfet
     from .mosfets.mosfet_switch import MosfetSwitch
     from .mosfets.vdmos import Vdmos
     from .parameter import Parameter, Table
+    from .passive.behavioural_resistor import BehaviouralResistor
     from .passive.capacitor import Capacitor
     from .passive.coupling import Coupling
     from .passive.inductor import Inductor
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Behavioural": ".expressions.behavioural",
-    "BehaviouralResistor": ".expressions.behavioural",
+    "BehaviouralResistor": ".passive.behavioural_resistor",
     "Bipolar": ".transistors.bipolar",
     "Capacitor": ".passive.capacitor",
     "Carrier": ".carrier",

@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..analyses.certificate.certificate import Certificate
+from ..analyses.results.jumps import Impulse
 from ..analyses.signals.events import Events
-from ..analyses.solution.solution import Impulse, IslandRun, Solution
+from ..analyses.solution.solution import IslandRun, Solution
 from ..errors import Diagnostic
 from .assembly import Assembly, Model, assemble, start_vector
 from .engines import Interval, Plan, run_interval

@@ -13,12 +13,13 @@ from .si import number
 
 if TYPE_CHECKING:
     from ..analyses.certificate.certificate import Certificate
-    from ..analyses.solution.solution import IslandRun, JumpReport, Moved, Solution
-    from ..analyses.steady.loop_gain import LoopReport
-    from ..analyses.steady.sensitivity import Sensitivity
-    from ..analyses.steady.steady_state import Periodic
-    from ..analyses.transient.losses import LossTable
-    from ..analyses.transient.spectrum import Spectrum
+    from ..analyses.results.jumps import JumpReport, Moved
+    from ..analyses.results.loop_report import LoopReport
+    from ..analyses.results.loss_table import LossTable
+    from ..analyses.results.periodic import Periodic
+    from ..analyses.results.sensitivity import Sensitivity
+    from ..analyses.results.spectrum import Spectrum
+    from ..analyses.solution.solution import IslandRun, Solution
 
 _COUNTERS = (
     ("segments", "segment"),

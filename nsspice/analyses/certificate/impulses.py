@@ -10,8 +10,8 @@ from ...circuit import MnaSystem
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.moreau import function_values
 from ...solvers.stepper import Jump
+from ..results.jumps import Impulse, JumpReport, Moved
 from ..signals.curve import Floats
-from ..solution.solution import Impulse, JumpReport, Moved
 
 #: Impulses below this share of the largest of a jump are rounding.
 _SHARE = 1e-6

@@ -1,16 +1,17 @@
-"""A bar below the cell of a notebook while a longer run lasts."""
+"""Progress of a run: told to a caller, or shown as a bar below the cell of a notebook."""
 
 from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
 from importlib import import_module
 from typing import Any
 
-from ..transient.advance import Progress
+#: called with the finished share of the run, 0 to 1
+Progress = Callable[[float], None]
 
 _PATIENCE = 0.5  # [s] shorter runs show nothing
 _PAUSE = 0.1  # [s] between two pictures of the bar

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 from ...circuit import Island
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.moreau import MoreauStepper
-from ..certificate.certificate import Certificate
 
 #: name -> whether the predictor takes the rate of the sources, (3.2), or their next value, (3.4)
 PATH_METHODS = {"euler-newton": False, "euler-newton-rate": True}
-#: laws that are off by such a part of their terms are those of another point
-_ASTRAY = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +78,3 @@ class Following:
             return "point by point"  # piecewise linear: every point is exact
         stepper.follow_path(PATH_METHODS[self.method], self.correctors)
         return self.method
-
-
-def of_linearised(certificate: Certificate, statistics: Mapping[str, Any]) -> Certificate:
-    """Return the certificate of a followed path: its linearised problems are what is solved.
-
-    How far the laws themselves are off at the points is an error of the method, of order four, and
-    stands in the statistics; a method that has lost its path, at a fold, has no such error.
-    """
-    off = float(statistics["grid_residual"])
-    if not off <= _ASTRAY:
-        return replace(certificate, laws=off)
-    return replace(
-        certificate,
-        laws=float(statistics["residual_rows"]),
-        complementarity=float(statistics["residual_complementarity"]),
-        worst="",
-    )

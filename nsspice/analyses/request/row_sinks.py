@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ...errors import Diagnostic, OutputError
-
-if TYPE_CHECKING:
-    from ..solution.solution import Solution
 
 Floats = npt.NDArray[np.float64]
 
@@ -32,10 +29,17 @@ class Sink(Protocol):
         """End; called after the last row, also when a run was stopped early."""
 
 
-def hand_over(solution: Solution, sink: Sink | None) -> None:
+class Table(Protocol):
+    """Has all its rows already."""
+
+    def table(self) -> tuple[list[str], Floats]:
+        """Return the column names and the rows."""
+
+
+def hand_over(finished: Table, sink: Sink | None) -> None:
     """Write a table that is complete at once, if there is a sink."""
     if sink is not None:
-        names, block = solution.table()
+        names, block = finished.table()
         sink.open(names)
         sink.write(block)
         sink.close()

@@ -91,11 +91,11 @@ class RunStatistics:
         >>> (sine.run()[0].crossings("v(a)", 0.5) * 12e3).round(9).tolist()
         [1.0, 5.0]
         """
-        from ..transient.measure import crossings_of
+        from .window_statistics import crossings_of
 
         return crossings_of(self._run, signal, level, edge, start, stop)
 
     def _statistic(self, signal: str, name: str, start: float | None, stop: float | None) -> float:
-        from ..transient.measure import statistic_of
+        from .window_statistics import statistic_of
 
         return statistic_of(self._run, signal, name, start, stop)

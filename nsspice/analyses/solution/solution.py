@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...errors import Diagnostic, suggest
 from ...netlist.expressions.node import COMPLEX_FORMS
+from ..results.jumps import Impulse, JumpReport
 from ..signals.events import Event
 from ..signals.signal_names import canonical
 from .computed_signals import derived
@@ -20,14 +21,14 @@ from .run_statistics import RunStatistics
 if TYPE_CHECKING:
     from ..certificate.certificate import Certificate
     from ..certificate.regularity import SolutionVerdict
+    from ..results.error_estimate import ErrorEstimate
+    from ..results.loop_report import LoopReport
+    from ..results.loss_table import LossTable
+    from ..results.periodic import Periodic
+    from ..results.sensitivity import Sensitivity
+    from ..results.spectrum import Spectrum
     from ..signals.signal_function import Motion
-    from ..steady.loop_gain import LoopReport
-    from ..steady.sensitivity import Sensitivity
-    from ..steady.steady_state import Periodic
-    from ..studies.refinement import ErrorEstimate
     from ..transient.integrals import Integrals
-    from ..transient.losses import LossTable
-    from ..transient.spectrum import Spectrum
     from .computed_signals import Rows
     from .default_signals import View
     from .recording import Again, Recording
@@ -55,77 +56,6 @@ def part_of(response: npt.NDArray[np.complex128], part: str) -> Floats:
         return magnitude
     real: Floats = response.real if part == "r" else response.imag
     return real
-
-
-@dataclass(frozen=True, slots=True)
-class Impulse:
-    """The content of a Dirac impulse through or across an element.
-
-    Parameters
-    ----------
-    time : float
-        [s]
-    element : str
-    value : float
-        Charge or flux.
-    unit : str
-        ``"A s"`` or ``"V s"``.
-    """
-
-    time: float
-    element: str
-    value: float
-    unit: str
-
-
-@dataclass(frozen=True, slots=True)
-class Moved:
-    """Charge of a capacitor or flux of an inductor on both sides of a jump.
-
-    Parameters
-    ----------
-    element : str
-    before, after : float
-        Charge [A s] or flux [V s].
-    unit : str
-        ``"A s"`` or ``"V s"``.
-    """
-
-    element: str
-    before: float
-    after: float
-    unit: str
-
-
-@dataclass(frozen=True, slots=True)
-class JumpReport:
-    """A jump of stored charge or flux, with its balance of energy.
-
-    Parameters
-    ----------
-    time : float
-        [s]
-    before, after : float
-        Stored energy of the island [J].
-    delivered : float
-        Energy that sources gave during the jump [J].
-    stores : list of Moved
-        The capacitors and inductors whose content jumped.
-    impulses : list of Impulse
-        Through or across which elements.
-    """
-
-    time: float
-    before: float
-    after: float
-    delivered: float
-    stores: list[Moved]
-    impulses: list[Impulse]
-
-    @property
-    def lost(self) -> float:
-        """Energy that was stored or delivered and is nowhere afterwards [J]."""
-        return self.before + self.delivered - self.after
 
 
 @dataclass(slots=True)

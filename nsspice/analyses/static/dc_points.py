@@ -16,9 +16,10 @@ from ...solvers.moreau import MoreauStepper
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.certificate import Certificate
 from ..certificate.failure import named_failure
+from ..certificate.followed_path import of_linearised
 from ..certificate.island_check import Examiner, sampling
 from ..certificate.regularity import Judge, SolutionVerdict
-from ..request.path_following import PATH_METHODS, Following, of_linearised
+from ..request.path_following import PATH_METHODS, Following
 from ..signals.curve import Floats
 from ..solution.solution import IslandRun
 from .dc_start import start_dc, without_storage

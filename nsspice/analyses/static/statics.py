@@ -16,6 +16,7 @@ from ..certificate.regularity import several_warning
 from ..request.arguments import finite, name_of, several
 from ..request.cards import Dc
 from ..request.load import again, need_circuit
+from ..request.notebook_progress import Progress
 from ..request.path_following import Following
 from ..request.recorder import Recorder, select
 from ..request.row_sinks import Sink
@@ -25,7 +26,6 @@ from ..signals.curve import Floats
 from ..solution.default_signals import view_of
 from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import Solution
-from ..transient.advance import Progress
 from .dc_points import PointsOfIsland, report_of
 
 

@@ -30,12 +30,14 @@ from ...netlist.deck import LoopCard, PssCard
 from ..request.load import need_circuit
 from ..request.row_sinks import Sink, hand_over
 from ..request.values import checked_values
+from ..results.loop_report import Crossing, LoopReport
+from ..results.periodic import Periodic
 from ..signals.curve import Floats
 from ..solution.solution import Solution, part_of
 from .linearised import Complexes, operating_point
 from .linearised import respond as respond_at_point
 from .orbit_response import responder
-from .steady_state import Neighbour, Periodic, Pss, find_orbits, report
+from .steady_state import Neighbour, Pss, find_orbits, report
 from .stimuli import injection
 
 #: a crossing is located to this part of its frequency
@@ -64,57 +66,6 @@ class Loop:
     def from_card(cls, card: LoopCard) -> Loop:
         """Return the analysis of a card."""
         return cls(card.source, np.array(card.frequencies), card.span)
-
-
-@dataclass(frozen=True, slots=True)
-class Crossing:
-    """Where the loop gain crosses a level.
-
-    Parameters
-    ----------
-    frequency : float
-        [Hz]
-    margin : float
-        Phase margin [deg] where the magnitude is 1, gain margin [dB] where the phase is -180 deg.
-    """
-
-    frequency: float
-    margin: float
-
-
-@dataclass(frozen=True, slots=True)
-class LoopReport:
-    """Crossovers and margins within the frequencies of the analysis.
-
-    Parameters
-    ----------
-    crossovers : tuple of Crossing
-        Where the magnitude is 1.
-    reversals : tuple of Crossing
-        Where the phase is an odd multiple of 180 deg.
-    """
-
-    crossovers: tuple[Crossing, ...]
-    reversals: tuple[Crossing, ...]
-
-    @property
-    def phase_margin(self) -> float | None:
-        """The least phase margin [deg], None without a crossover."""
-        return min((c.margin for c in self.crossovers), key=abs, default=None)
-
-    @property
-    def gain_margin(self) -> float | None:
-        """The least gain margin [dB], None if the phase does not reach -180 deg."""
-        return min((c.margin for c in self.reversals), key=abs, default=None)
-
-    def to_dict(self) -> dict[str, object]:
-        """Return a JSON-ready mapping."""
-        return {
-            "crossovers": [[c.frequency, c.margin] for c in self.crossovers],
-            "reversals": [[c.frequency, c.margin] for c in self.reversals],
-            "phase_margin": self.phase_margin,
-            "gain_margin": self.gain_margin,
-        }
 
 
 def loop(

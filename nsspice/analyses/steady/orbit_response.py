@@ -18,11 +18,12 @@ from ...netlist.deck import PssCard
 from ...problems.descriptor import DescriptorSystem, Functional
 from ...solvers.orbit import NoDerivative, PeriodMap
 from ...solvers.step_maps import Stimuli
+from ..results.periodic import Periodic
 from ..signals.curve import Floats
 from .linearised import Complexes, unbounded
 from .small_signal import Ac
 from .steady_failure import no_derivative
-from .steady_state import Neighbour, Orbit, Periodic, Pss, find_orbits, report, static_orbit
+from .steady_state import Neighbour, Orbit, Pss, find_orbits, report, static_orbit
 from .stepped_response import SteppedResponse
 from .stimuli import Stimulated, stimulated
 

@@ -21,6 +21,7 @@ from ...solvers.orbit import NoDerivative
 from ...solvers.step_maps import Stimuli
 from ..request.load import need_circuit
 from ..request.values import checked_values
+from ..results.sensitivity import Sensitivity
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -29,39 +30,6 @@ from .steady_failure import no_derivative
 from .steady_state import Orbit, Pss, find_orbits
 from .stepped_response import SteppedResponse
 from .stimuli import Entries, with_columns
-
-
-@dataclass(frozen=True, slots=True)
-class Sensitivity:
-    """How the average of a signal, or a measure, depends on one element or parameter.
-
-    Parameters
-    ----------
-    signal : str
-        Or the name of a measure.
-    element : str
-        Or the name of a parameter.
-    value : float
-        Of the element [Ohm, H, F, V or A].
-    average : float
-        Of the signal [V or A], or the measure.
-    derivative : float
-        Of the average by the value.
-    error : float or None
-        Bound of the error of the derivative of a measure; None where it is exact.
-    """
-
-    signal: str
-    element: str
-    value: float
-    average: float
-    derivative: float
-    error: float | None = None
-
-    @property
-    def relative(self) -> float:
-        """Value times derivative: the change for a change of the value by 100 % [V or A]."""
-        return self.value * self.derivative
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,13 @@ from ...devices import CurrentSource, VoltageSource
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import TfCard
 from ..request.row_sinks import Sink, hand_over
+from ..results.sensitivity import Sensitivity
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
 from ..static.statics import op
 from .adjoint import adjoint
 from .linearised import Complexes, Point, operating_point, respond
-from .sensitivity import Sensitivity, parameter_of
+from .sensitivity import parameter_of
 from .stimuli import injection
 
 _DC: Complexes = np.zeros(1, complex)

@@ -30,7 +30,7 @@ from ...netlist.deck import (
 from ..request.cards import Dc, Tran
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
-from ..request.notebook_progress import shown_in_notebook
+from ..request.notebook_progress import Progress, shown_in_notebook
 from ..request.row_sinks import Sink
 from ..request.settings import Settings, foreign_method
 from ..solution.recording import named
@@ -43,7 +43,6 @@ from ..steady.sensitivity import add_sensitivities
 from ..steady.small_signal import Ac, run_ac
 from ..steady.steady_state import Neighbour, Pss, find_orbits, run_pss
 from ..steady.transfer import Tf, run_tf
-from ..transient.advance import Progress
 from ..transient.blocks import split
 from ..transient.measure import evaluate_measures
 from ..transient.spectrum import add_powers, add_spectra, is_hot

@@ -16,8 +16,8 @@ from ..request.cards import Tran
 from ..request.load import read_again
 from ..request.settings import Settings
 from ..request.values import valued
+from ..results.sensitivity import Sensitivity
 from ..solution.solution import Solution
-from ..steady.sensitivity import Sensitivity
 from ..transient.blocks import split
 from ..transient.integrable_run import integrals_of
 from .batch import Job, Request, run_job

@@ -13,13 +13,14 @@ from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import var
 from ..request.method import POINTS
+from ..request.notebook_progress import Progress
 from ..request.row_sinks import Sink
 from ..request.settings import Settings
+from ..results.error_estimate import ErrorEstimate
 from ..signals.curve import Floats
 from ..signals.signal_function import Trace
 from ..signals.signal_statistics import extreme, values
 from ..solution.solution import Solution
-from ..transient.advance import Progress
 from .batch import Job, Request, run_job
 
 #: attempts before a tolerance is given up
@@ -30,55 +31,6 @@ _FINEST = 1e-13
 _FARTHEST = 6
 #: most steps of a fixed-step run that is started by itself
 _MOST_STEPS = 5e7
-
-
-@dataclass(frozen=True, slots=True)
-class ErrorEstimate:
-    """How far a solution lies from the exact one, by its own account.
-
-    Parameters
-    ----------
-    value : float
-        Largest error at the rows of the stored quantities (voltages of capacitors and of junctions
-        that store charge, currents of inductors), as a share of their range.  What jumps is as
-        accurate on both sides of a jump.
-    signal : str
-        The signal with that error.
-    how : str
-        How it was found, one sentence.
-    order : float
-        Observed order in the step, nan if none was observed.
-    tolerance : float
-        What was asked for, nan if nothing was.
-    """
-
-    value: float
-    signal: str
-    how: str
-    order: float = float("nan")
-    tolerance: float = float("nan")
-
-    @property
-    def reached(self) -> bool:
-        """False if a tolerance was asked for and missed."""
-        return math.isnan(self.tolerance) or self.value <= self.tolerance
-
-    def describe(self) -> str:
-        """Return one line."""
-        where = f" of the range of {self.signal}" if self.signal else ""
-        text = f"error about {self.value:.1e}{where}: {self.how}"
-        return text if self.reached else f"{text}; {self.tolerance:g} was asked for"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return a JSON-ready mapping."""
-        return {
-            "value": self.value,
-            "signal": self.signal,
-            "how": self.how,
-            "order": self.order,
-            "tolerance": self.tolerance,
-            "reached": self.reached,
-        }
 
 
 def stored_quantities(circuit: Circuit) -> list[str]:

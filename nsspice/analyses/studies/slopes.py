@@ -21,8 +21,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..results.sensitivity import Sensitivity
 from ..signals.curve import Floats
-from ..steady.sensitivity import Sensitivity
 
 #: of a value: what is left of the truncation is (1/128)^6, rounding of a run is enlarged 512 times
 _STEP = 2.0**-7

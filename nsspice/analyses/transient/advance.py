@@ -9,14 +9,12 @@ import numpy as np
 from ...solvers.stepper import UnsolvedStep
 from ..request.cards import Tran
 from ..request.interrupts import Interrupts
+from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder
 from ..request.row_sinks import Sink, Store
 from ..signals.curve import Floats
 from .handover_to_steps import Race
 from .island_runner import IslandRunner, Stopped
-
-#: Called with the finished share of the run, 0 to 1.
-Progress = Callable[[float], None]
 
 #: most numbers in one block: it should stay in the cache, and reach the file before Ctrl-C has to
 #: wait.  Blocks that depended on the clock would leave other last digits in each run: rows of an

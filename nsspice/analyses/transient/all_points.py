@@ -9,10 +9,11 @@ import numpy as np
 from ...solvers.stepper import UnsolvedStep
 from ..request.cards import Tran
 from ..request.interrupts import Interrupts
+from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder
 from ..signals.curve import Floats
 from ..solution.solution import FinePoints
-from .advance import Outlet, Progress
+from .advance import Outlet
 from .island_runner import IslandRunner, Stopped
 from .union_of_instants import Merger, align
 

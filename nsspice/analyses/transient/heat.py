@@ -30,7 +30,7 @@ from ...circuit import Circuit
 from ...devices.heat.energy_table import EnergyTable
 from ...devices.heat.switching_loss import SwitchingLoss, switching_loss
 from ...devices.heat.thermal_network import ThermalNetwork, thermal_network
-from ...devices.switches.lossy_switches import Valve, valves
+from ...devices.lossy_switches import Valve, valves
 from ...errors import Diagnostic, NumericalError, UsageError
 from ..signals.curve import Floats
 from .integrals import Integrals

@@ -13,15 +13,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from ...circuit import Circuit, MnaSystem
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.orbit import PeriodMap, State
 from ..signals.signal_names import canonical
-from ..steady.linearised import Complexes
 
 if TYPE_CHECKING:
     from .heat import Heating
+
+Complexes = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from ...solvers.sdirk import Accuracy, SdirkStepper
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.certificate import TAKEN_BESIDE_EXACT, Certificate
 from ..certificate.failure import chatter, high_index, lost_path, named_failure, resting, unbounded
+from ..certificate.followed_path import of_linearised
 from ..certificate.hidden_motion import Between
 from ..certificate.impulses import jumps_of, shared_at_start
 from ..certificate.island_check import Examiner, sampling
@@ -27,14 +28,15 @@ from ..request.cards import Tran
 from ..request.cost_hints import sentence
 from ..request.measured_signals import Watched
 from ..request.method import POINTS, Choice, choose, choose_static, unless_modewise
-from ..request.path_following import PATH_METHODS, Following, of_linearised
+from ..request.path_following import PATH_METHODS, Following
 from ..request.periodic_sources import continued
 from ..request.restart_state import Beginning, with_gates, with_waveforms
 from ..request.settings import Settings
+from ..results.jumps import JumpReport
 from ..signals.curve import Floats
 from ..signals.events import Events
 from ..signals.signal_function import Pieces, turning_points
-from ..solution.solution import IslandRun, JumpReport
+from ..solution.solution import IslandRun
 from ..static.initial import initial_voltages, start
 from .blocks import begin, driven_by
 from .unused_initial_values import unkept

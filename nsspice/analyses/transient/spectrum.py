@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +14,7 @@ from ...netlist.deck import FourCard, Measure
 from ...solvers.modewise import NotModewise
 from ...solvers.orbit import NoDerivative, NoOrbit
 from ...solvers.stepper import UnsolvedStep
+from ..results.spectrum import Spectrum
 from ..signals.signal_names import canonical
 from .integrals import Integrals
 
@@ -26,47 +26,6 @@ INEXACT = (NotModewise, NoDerivative, NoOrbit, UnsolvedStep, NsspiceError, Value
 #: a frequency is a multiple of another up to this part
 _SAME = 1e-9
 _NAMED = 6  # elements without a power that are told by name
-
-
-@dataclass(frozen=True, slots=True)
-class Spectrum:
-    """Fourier coefficients of one signal.
-
-    Parameters
-    ----------
-    signal : str
-    frequency : float
-        Of the fundamental [Hz].
-    coefficients : tuple of complex
-        ``c_0 ... c_n`` of ``y = sum c_k e^(i k w t)`` [V or A]; the amplitude of a harmonic is
-        ``2 |c_k|``.
-    rms : float
-        Root of the mean square [V or A].
-    distortion : float
-        Total harmonic distortion, all harmonics counted; nan without a fundamental.
-    """
-
-    signal: str
-    frequency: float
-    coefficients: tuple[complex, ...]
-    rms: float
-    distortion: float
-
-    @property
-    def amplitudes(self) -> tuple[float, ...]:
-        """Mean, then amplitudes of the harmonics [V or A]."""
-        first, *others = self.coefficients
-        return (first.real, *(2.0 * abs(c) for c in others))
-
-    def to_dict(self) -> dict[str, object]:
-        """Return a JSON-ready mapping."""
-        return {
-            "signal": self.signal,
-            "frequency": self.frequency,
-            "coefficients": [[c.real, c.imag] for c in self.coefficients],
-            "rms": self.rms,
-            "thd": self.distortion,
-        }
 
 
 def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1) -> Spectrum:

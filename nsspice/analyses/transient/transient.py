@@ -20,6 +20,7 @@ from ..request.cards import Tran
 from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
 from ..request.measured_signals import Watched
+from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder, select
 from ..request.restart_state import Beginning
 from ..request.row_sinks import GrowingStore, Sink, Store
@@ -31,7 +32,7 @@ from ..solution.default_signals import view_of
 from ..solution.recording import Recording
 from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import FinePoints, Solution
-from .advance import Outlet, Progress, advance_all
+from .advance import Outlet, advance_all
 from .blocks import split
 from .handover_to_steps import Race
 from .island_runner import IslandRunner

@@ -147,7 +147,7 @@ class Diode(LegDevice):
             if not check_model(element, ("d", "scr"), context, required=False):
                 return None
             if model.type == "scr":
-                from ..switches.thyristor import Thyristor
+                from .. import Thyristor
 
                 return Thyristor.read(element, context)
             if len(element.nodes) > 2:

@@ -17,32 +17,31 @@ from ...netlist.expressions.node import Node, num
 from ...problems.descriptor import Functional
 from ..behaviour import linear_form
 from ..carrier import Carrier
-from ..coefficients import EXPONENTIAL, LINE, Coefficients
+from ..coefficients import LINE, Coefficients
 from ..device import NO_VALUES, Context, Device, Edge, check_flags
 from ..effect import Effect
 from ..outputs import scaled
 from ..parameter import Parameter, Table, inert, refused
-from ..passive.passive import read_given
-from ..passive.resistor import Resistor
-from ..signals import own_current, register_of, shown
+from ..signals import register_of, shown
 from ..stamper import Layout, Stamper
 from .comparators import Comparator, split
 from .expression_nodes import InnerNodes
 from .linear_terms import constant_column, linear_output, time_columns
-from .piecewise import Inner, piecewise, slope
+from .piecewise import Inner, piecewise
 
 if TYPE_CHECKING:
     from ...netlist.deck import Element
 
 _Law = tuple[Node, Sequence[Inner]]
 
-_SHARED = (
+#: parameters that all lines with an expression share
+SHARED = (
     *LINE,
     inert("ic", "initial value (nothing is stored)"),
     refused("r", "series resistance", "put a resistor in series", "Ohm"),
 )
-_VOLTAGE = Table(inert("m", "number of equal sources in parallel"), *_SHARED)
-_CURRENT = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *_SHARED)
+_VOLTAGE = Table(inert("m", "number of equal sources in parallel"), *SHARED)
+_CURRENT = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *SHARED)
 
 
 class Reading(Device):
@@ -252,81 +251,6 @@ class Behavioural(Reading):
             return scaled(self.linear(layout), weight)
         function = layout.functions.get(self.name)  # none with both ends on one node
         return Functional() if function is None else Functional(f=((function, weight),))
-
-
-class BehaviouralResistor(Reading):
-    """``R a b V={expr(i)}`` or ``R={expr}``: its current is an unknown."""
-
-    KIND = "resistor"
-    MODEL = Resistor.MODEL
-    INSTANCE = Table(
-        Parameter("m", "number of equal resistors in parallel", "", 1.0),
-        *_SHARED[:-1],
-        EXPONENTIAL,
-        inert("ac", "resistance for .ac only", "Ohm"),
-        inert("noisy", "noise on or off"),
-        inert("noise", "noise on or off"),
-    )
-    __slots__ = ("m", "ohmic")
-
-    def __init__(
-        self, element: Element, expression: Expression, given: Mapping[str, float]
-    ) -> None:
-        #: the expression is a resistance, not a voltage
-        self.ohmic = element.quantity != "v"
-        super().__init__(element, expression, given)
-        self.m = given.get("m", 1.0)
-        self.effects = self.described()
-
-    def described(self) -> tuple[Effect, ...]:
-        """Return the effects of the law as it is written."""
-        law = Effect(f"{'resistance' if self.ohmic else 'voltage'} {shown(self.expression)}")
-        return (law, *self.switching(), *self.coefficients.effects)
-
-    @classmethod
-    def read(cls, element: Element, context: Context) -> BehaviouralResistor | None:
-        """Return the resistor of an element line, or None after reporting why not."""
-        found = read_given(cls, element, Resistor.MODEL_TYPES, context)
-        return None if found is None else cls(element, as_expression(element), found[0])
-
-    def suits(self, tree: Node, inner: Sequence[Inner]) -> bool:
-        """Return whether the voltage grows with the current: else the law may fold back."""
-        form = linear_form(tree, timed=True)
-        return not self.ohmic and form is not None and slope(form, inner, "i")[0] >= 0.0
-
-    def _use(self, node: Node, inner: Sequence[Inner]) -> None:
-        super()._use(node, inner)
-        self.smooth = self.smooth or self.ohmic
-
-    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
-        """Return one resistive branch."""
-        return (Edge("R", *self.ends),)
-
-    def allocate(self, stamper: Stamper) -> None:
-        """Reserve the current, which the law itself and others read."""
-        self.prepare(stamper)
-        stamper.branch(self.name)
-
-    def stamp(self, stamper: Stamper) -> None:
-        """Write ``-(va - vb) + V(i/m) = 0``."""
-        self.control(stamper, self.m)
-        layout = stamper.layout
-        branch = layout.branches[self.name]
-        stamper.connect(branch, *self.ends)
-        growth = self.coefficients.factor(layout.conditions)
-        if not self.smooth:
-            stamper.add(branch, self.linear(layout, self.m), growth)
-            self.state(stamper, self.m)
-            return
-        own = own_current(stamper, branch, self.m)
-        register = register_of(stamper, self.law, self.sources, own)
-        if self.ohmic:
-            register = stamper.tape.op("mul", register, own)
-        stamper.F.add(branch, stamper.function(register), growth)
-
-    def current(self, layout: Layout) -> Functional:
-        """Return the unknown current."""
-        return layout.branch(self.name)
 
 
 def as_expression(element: Element) -> Expression:

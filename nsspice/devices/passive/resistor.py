@@ -48,7 +48,7 @@ class Resistor(Passive):
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the resistor of an element line, or None after reporting why not."""
         if element.quantity or isinstance(element.value, Expression):
-            from ..expressions.behavioural import BehaviouralResistor
+            from .behavioural_resistor import BehaviouralResistor
 
             return BehaviouralResistor.read(element, context)
         found = read_passive(cls, element, context, "r", "resistance")

@@ -13,7 +13,7 @@ import nsspice
 CLOSE = 1e-9
 
 
-def slopes(text: str) -> dict[tuple[str, str], nsspice.analyses.steady.sensitivity.Sensitivity]:
+def slopes(text: str) -> dict[tuple[str, str], nsspice.analyses.results.sensitivity.Sensitivity]:
     (solution,) = nsspice.read(text).run()
     assert not [w for w in solution.warnings if ".sens" in w.message]
     return {(s.signal, s.element): s for s in solution.sensitivities}

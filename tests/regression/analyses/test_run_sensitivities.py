@@ -7,7 +7,7 @@ import math
 import pytest
 
 import nsspice
-from nsspice.analyses.steady.sensitivity import Sensitivity
+from nsspice.analyses.results.sensitivity import Sensitivity
 
 
 def slopes(text: str) -> dict[tuple[str, str], Sensitivity]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.transient.measure import trace_of
+from nsspice.analyses.solution.window_statistics import trace_of
 from nsspice.netlist.expressions.expression import Expression
 
 #: 50 Hz through a diode, with rows of 1.3 ms

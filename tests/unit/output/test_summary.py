@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from nsspice.analyses.certificate.certificate import Certificate
-from nsspice.analyses.solution.solution import Impulse, IslandRun, JumpReport, Moved, Solution
+from nsspice.analyses.results.jumps import Impulse, JumpReport, Moved
+from nsspice.analyses.solution.solution import IslandRun, Solution
 from nsspice.output.si import number, prefix
 
 

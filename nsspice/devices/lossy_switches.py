@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from ..diodes.diode import Diode
-from ..mosfets.mosfet_switch import MosfetSwitch
-from ..transistors.igbt import Igbt
-from .switch import _Switch
+from .diodes.diode import Diode
+from .mosfets.mosfet_switch import MosfetSwitch
+from .switches.switch import _Switch
+from .transistors.igbt import Igbt
 
 if TYPE_CHECKING:
-    from ..device import Device
-    from ..diodes.diode_branch import Leg
-    from ..stamper import Layout
+    from .device import Device
+    from .diodes.diode_branch import Leg
+    from .stamper import Layout
 
 
 class Valve(NamedTuple):
