@@ -21,8 +21,8 @@ are never dropped in silence: *ignored* ones cannot change a result and are list
 def page() -> str:
     """Return the page: a section for each device with the tables of its line and its model card."""
     parts = [INTRO]
-    for info in pkgutil.iter_modules(nsspice.devices.__path__):
-        module = importlib.import_module(f"nsspice.devices.{info.name}")
+    for info in pkgutil.walk_packages(nsspice.devices.__path__, "nsspice.devices."):
+        module = importlib.import_module(info.name)
         tables = _tables(module)
         if not tables:
             continue
