@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from ..devices.behaviour import Compiler
 from ..errors import UsageError
 from ..netlist.expressions.node import num, var
+from ..problems import exact
 from ..problems.tape import Tape, TapeBuilder
 from ..problems.theorems import ConvexSet, StandardDVI
 from .conditions import Complementarity, Contact, Equation
@@ -105,22 +107,31 @@ def convex_set(members: Sequence[int], K: Set) -> ConvexSet:
     """Return what theorems ask of a polyhedron or a second-order cone."""
     size = len(members)
     if isinstance(K, SecondOrderCone):
-        low = (0.0, *[-INF] * (size - 1))
-        return ConvexSet(tuple(members), low, (INF,) * size, False, size == 2, True)
+        least = (0.0, *[-INF] * (size - 1))
+        return ConvexSet(tuple(members), least, (INF,) * size, False, size == 2, True)
     assert isinstance(K, Polyhedron)
-    from scipy.optimize import linprog
-
-    lows: list[float] = []
-    highs: list[float] = []
-    for k in range(size):
-        for sign, ends in ((1.0, lows), (-1.0, highs)):
-            cost = np.zeros(size)
-            cost[k] = sign
-            got = linprog(cost, A_ub=K.C, b_ub=K.d, bounds=(None, None))
-            ends.append(sign * float(got.fun) if got.status == 0 else -sign * INF)
-    return ConvexSet(
-        tuple(members), tuple(lows), tuple(highs), False, True, bool(np.all(K.d == 0.0))
-    )
+    low: list[float] = [-INF] * size
+    high: list[float] = [INF] * size
+    empty = bool(np.any((K.d < 0.0) & ~K.C.any(axis=1)))
+    if K.C.size * K.C.shape[0] > exact.MOST:
+        # too large for exact arithmetic: what is not known of the box is left open
+        inside = bool(np.all(K.d >= 0.0))  # 0 lies in it
+        found = None if not inside and not empty else empty
+        return ConvexSet(tuple(members), tuple(low), tuple(high), False, True, False, found)
+    try:
+        for k in range(size):
+            for sign, ends in ((1.0, high), (-1.0, low)):
+                cost = np.zeros(size)
+                cost[k] = sign
+                most = exact.maximise(cost.tolist(), K.C, K.d.tolist())
+                if most is not None:  # rounded outwards
+                    ends[k] = float(np.nextafter(sign * float(most), sign * INF))
+                    if Fraction(sign * float(most)) == sign * most:
+                        ends[k] = sign * float(most)
+    except exact.Empty:
+        empty = True
+    cone = bool(np.all(K.d == 0.0))
+    return ConvexSet(tuple(members), tuple(low), tuple(high), False, True, cone, empty)
 
 
 def standard_form(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..problems import exact
 from ..problems import matrices as classes
+from ..problems.settled import monotone_exactly, p_exactly
 from ..problems.theorems import (
     corollary_2_2_1,
     theorem_2_2_1,
@@ -27,6 +30,7 @@ from ..problems.verdict import Verdict
 from .standard import standard_form, static_form
 
 if TYPE_CHECKING:
+    from ..problems.theorems import StandardDVI
     from .dvi import DVI
     from .lcp import LCP
     from .vi import VI
@@ -56,11 +60,11 @@ def of_lcp(problem: LCP) -> Verdicts:
     M = problem.M
     found = Verdicts(
         {
-            "P": classes.is_p_matrix(M),
-            "P0": classes.is_p0_matrix(M),
+            "P": p_exactly(M),
+            "P0": p_exactly(M, zero=True),
             "H": classes.is_h_matrix(M),
             "M": classes.is_m_matrix(M),
-            "monotone": classes.is_monotone(M),
+            "monotone": monotone_exactly(M),
             "strongly monotone": classes.is_definite(M),
             "copositive": classes.is_copositive(M),
             "strictly copositive": classes.is_copositive(M, strict=True),
@@ -76,6 +80,7 @@ def of_lcp(problem: LCP) -> Verdicts:
 
 
 def _lcp_existence(problem: LCP, found: Verdicts) -> Verdict:
+    """Judge whether an LCP has a solution; M and q are taken as they stand, without rounding."""
     claim = "a solution exists"
     for name, why in (
         ("P", "M is a P-matrix"),
@@ -83,54 +88,82 @@ def _lcp_existence(problem: LCP, found: Verdicts) -> Verdict:
     ):
         if found[name]:
             return Verdict.yes(claim, why)
-    from scipy.optimize import linprog
+    M, q = problem.M, problem.q.tolist()
+    if all(x >= 0.0 for x in q):
+        return Verdict.yes(claim, "u = 0, since q >= 0")
+    m = len(q)
+    small = m * m <= exact.MOST
+    if small:
+        if not exact.feasible(-M, q, nonnegative=True):
+            return Verdict.no(claim, "no u >= 0 has M u + q >= 0")
+        if found["monotone"]:
+            return Verdict.yes(claim, "M is monotone and the problem feasible")
+    for on in _modes(problem):
+        if small and exact.solves(M, q, on):
+            return Verdict.yes(claim, f"with u > 0 in {len(on)} components, in exact arithmetic")
+    if m <= exact.SUBSETS:
+        return Verdict.no(claim, "none in any of the modes")
+    return Verdict.undecided(claim, "M is in no class that decides")
+
+
+def _modes(problem: LCP) -> Iterator[list[int]]:
+    """Yield sets of components that may be positive: of what the solver finds, then all if few."""
+    from ..errors import NumericalError
 
     m = problem.q.size
-    got = linprog(np.zeros(m), A_ub=-problem.M, b_ub=problem.q, bounds=(0.0, None))
-    if got.status == 2:
-        return Verdict.no(claim, "no u >= 0 has M u + q >= 0")
-    if got.status == 0 and found["monotone"]:
-        return Verdict.yes(claim, "M is monotone and the problem feasible")
-    if bool(np.all(problem.q >= 0.0)):
-        return Verdict.yes(claim, "u = 0, since q >= 0")
-    from .static import MODES
-
-    if m <= MODES:
-        count = len(problem.solutions())
-        if count:
-            return Verdict.yes(claim, f"{count} found, mode by mode")
-    return Verdict.undecided(claim, "M is in no class that decides")
+    try:
+        u = problem.solve()[problem.unknowns]
+        yield np.flatnonzero(u > 2.0**-40 * np.max(np.abs(u))).tolist()
+    except NumericalError:
+        pass
+    if m <= exact.SUBSETS:
+        for on in itertools.product((False, True), repeat=m):
+            yield np.flatnonzero(on).tolist()
 
 
 def of_vi(problem: VI) -> Verdicts:
     """Return what is known of a static problem for every value of the time."""
     standard = static_form(problem)
     first, third = theorem_2_2_1(standard), theorem_2_2_3(standard)
+    uniform = h.uniformly_p_in_u(standard)
     monotone, strong = h.monotone_in_u(standard), h.strong_in_u(standard)
     found = Verdicts(
         {
             "monotone": monotone.named("g is monotone"),
             "strongly monotone": strong.named("g is strongly monotone"),
-            "uniform P": h.uniformly_p(*standard.block("g", "u"), "g is a uniform P-function"),
+            "uniform P": uniform,
             "Theorem 2.2.1": first,
             "Theorem 2.2.3": third,
         }
     )
-    exists = "a solution exists"
-    if strong or found["uniform P"]:
-        found["existence"] = Verdict.yes(exists, (strong or found["uniform P"]).reason)
-    elif standard.compact:
-        found["existence"] = Verdict.yes(exists, "K is compact and g continuous")
-    else:
-        found["existence"] = Verdict.undecided(exists, f"K is unbounded; {strong.reason}")
-    one = "there is at most one solution"
-    if strong or found["uniform P"]:
-        found["uniqueness"] = Verdict.yes(one, (strong or found["uniform P"]).reason)
-    else:
-        # slopes that only tend to zero: modes and mean slopes decide (Gale and Nikaido)
-        other = uniqueness_of(problem.assembly.system)
-        found["uniqueness"] = Verdict(one, True if other.unique else None, other.reason)
+    found["existence"] = _vi_existence(standard, strong, found["uniform P"])
+    found["uniqueness"] = _vi_uniqueness(problem, standard, strong, found["uniform P"])
     return found
+
+
+def _vi_existence(standard: StandardDVI, strong: Verdict, uniform: Verdict) -> Verdict:
+    claim = "a solution exists"
+    closed = h.closed(standard)
+    if not closed:
+        return closed.named(claim)
+    if gap := standard.gap("g"):
+        return Verdict.undecided(claim, gap)
+    if strong or uniform:
+        return Verdict.yes(claim, (strong or uniform).reason)
+    if standard.compact:
+        return Verdict.yes(claim, "K is compact and g continuous")
+    return Verdict.undecided(claim, f"{standard.loose}; {strong.reason}")
+
+
+def _vi_uniqueness(
+    problem: VI, standard: StandardDVI, strong: Verdict, uniform: Verdict
+) -> Verdict:
+    claim = "there is at most one solution"
+    if strong or uniform:
+        return Verdict.yes(claim, (strong or uniform).reason)
+    # slopes that only tend to zero: modes and mean slopes decide (Gale and Nikaido)
+    other = uniqueness_of(problem.assembly.system)
+    return Verdict(claim, True if other.unique else None, other.reason)
 
 
 def of_dvi(problem: DVI, region: Mapping[str, tuple[float, float]] | None = None) -> Verdicts:

@@ -3,7 +3,8 @@
 Every register is enclosed by an interval for its value and one for each of its derivatives, by the
 chain rule in interval arithmetic (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
 ch. 1).  A box may be unbounded.  At a kink the derivatives of both sides are enclosed, so that the
-result contains Clarke's generalised Jacobian; where a function jumps, derivatives are unbounded.
+result contains Clarke's generalised Jacobian; where a function jumps or has a pole, derivatives are
+unbounded, whatever they are on both sides.
 Bounds are formed in ordinary arithmetic: they are right to the rounding of their terms, to which
 the verdicts on matrices are right, too.
 """
@@ -17,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .csc import Floats
+from .domain import gap
 from .tape import OPS, WITH_CONSTANTS, Tape
 
 INF = math.inf
@@ -35,11 +37,14 @@ class Bounds:
         Of the functions, lower and upper.
     low, high : ndarray, shape (p, n + 1)
         Of the derivatives by the unknowns and, last, by the time.
+    gaps : tuple of str, length p
+        Why a function need not be continuous on the box; empty where it is.
     """
 
     values: Floats
     low: Floats
     high: Floats
+    gaps: tuple[str, ...] = ()
 
 
 def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> Bounds:
@@ -67,9 +72,11 @@ def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> 
     values: list[Interval] = []
     partials: list[list[tuple[int, Interval]]] = []  # of each register: argument, derivative
     inputs: dict[int, int] = {}  # registers that are unknowns, or the time (n)
+    gaps: list[str] = []
     for k, (code, args) in enumerate(zip(tape.ops.tolist(), tape.args.tolist(), strict=True)):
         name = _NAMES[code]
         slopes: list[tuple[int, Interval]] = []
+        gaps.append("")
         if name == "constant":
             c = float(tape.constants[args[0]])
             value: Interval = (c, c)
@@ -84,7 +91,10 @@ def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> 
         else:
             used = args[: OPS[name]]
             constants = tape.constants[args[1] :] if name in _CARRYING else tape.constants[:0]
-            value, found = _apply(name, [values[a] for a in used], constants)
+            inner = [values[a] for a in used]
+            value, found = _apply(name, inner, constants)
+            below = next((gaps[a] for a in used if gaps[a]), "")
+            gaps[-1] = below or gap(name, inner, constants)
             slopes = list(zip(used, found, strict=True))
         values.append(value)
         partials.append(slopes)
@@ -92,12 +102,16 @@ def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> 
     forward = _forward(partials, inputs, n)
     low, high = np.zeros((len(out), n + 1)), np.zeros((len(out), n + 1))
     for row, register in enumerate(out):
+        if gaps[register]:
+            low[row], high[row] = -INF, INF
+            continue
         backward = _backward(partials, inputs, register, n)
         for column in range(n + 1):
             # both enclose: which is narrower depends on where terms cancel
             a, b = forward[register][column], backward[column]
             low[row, column], high[row, column] = max(a[0], b[0]), min(a[1], b[1])
-    return Bounds(np.array([values[r] for r in out]).reshape(-1, 2), low, high)
+    found_values = [ALL if gaps[r] else values[r] for r in out]
+    return Bounds(np.array(found_values).reshape(-1, 2), low, high, tuple(gaps[r] for r in out))
 
 
 def _forward(

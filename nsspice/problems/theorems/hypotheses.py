@@ -14,7 +14,8 @@ import numpy as np
 
 from ..csc import Floats
 from ..intervals import INF, Interval, bounds
-from ..matrices import is_definite, is_monotone, is_p_matrix
+from ..matrices import is_definite, is_p_matrix
+from ..settled import monotone_exactly, p_exactly
 from ..verdict import Verdict, Witness
 from .standard import StandardDVI
 
@@ -32,6 +33,8 @@ def lipschitz(problem: StandardDVI, function: str, by: str, claim: str) -> Verdi
     """
     low, high = problem.block(function, by)
     size = np.maximum(np.abs(low), np.abs(high))
+    if gap := problem.gap(function):
+        return Verdict.undecided(claim, gap)
     if not np.all(np.isfinite(size)):
         i, j = (int(k) for k in np.argwhere(~np.isfinite(size))[0])
         owner = problem.state(i) if function == "f" else problem.name(i)
@@ -59,7 +62,7 @@ def monotone(low: Floats, high: Floats, claim: str, *, strongly: bool = False) -
             reason = "a diagonal derivative is not positive"
             return Verdict.no(claim, reason, Witness(text, (k,), x, float(entry)))
     if np.array_equal(low, high):
-        found = is_definite(low) if strongly else is_monotone(low)
+        found = is_definite(low) if strongly else monotone_exactly(low)
         return found.named(claim)
     # entries whose bounds are infinite on the diagonal only add; elsewhere nothing is known
     both_low, both_high = 0.5 * (low + low.T), 0.5 * (high + high.T)
@@ -87,7 +90,7 @@ def uniformly_p(low: Floats, high: Floats, claim: str) -> Verdict:
     if not np.all(np.isfinite(low)):
         return Verdict.undecided(claim, "derivatives are not bounded from below")
     if np.array_equal(low, high):
-        return is_p_matrix(low).named(claim)
+        return p_exactly(low).named(claim)
     cut = high.copy()
     for k in range(len(cut)):
         cut[k, k] = low[k, k]
@@ -107,6 +110,28 @@ def uniformly_p(low: Floats, high: Floats, claim: str) -> Verdict:
                 claim, f"a matrix within the bounds of the derivatives is not P ({found.witness})"
             )
     return Verdict.yes(claim, "all vertices of the derivatives' bounds are P-matrices")
+
+
+def uniformly_p_in_u(problem: StandardDVI) -> Verdict:
+    """Judge whether g is a uniform P-function of u, K being a product of intervals."""
+    claim = "g is a uniform P-function of u"
+    if gap := problem.gap("g"):
+        return Verdict.undecided(claim, gap)
+    if not all(part.interval for part in problem.sets):
+        return Verdict.undecided(claim, "K is no product of intervals, for which this is judged")
+    return _on_set(problem, uniformly_p(*problem.block("g", "u"), claim))
+
+
+def closed(problem: StandardDVI) -> Verdict:
+    """Judge whether K is closed, convex and not empty."""
+    claim = "K is closed, convex and not empty"
+    for part in problem.sets:
+        name = problem.name(part.index[0])
+        if part.empty:
+            return Verdict.no(claim, f"the set of {name} is empty")
+        if part.empty is None:
+            return Verdict.undecided(claim, f"the set of {name} may be empty")
+    return Verdict.yes(claim, "a product of intervals, polyhedra and cones")
 
 
 def bounded_block(problem: StandardDVI, claim: str) -> Verdict:
@@ -160,7 +185,7 @@ def linear_growth(problem: StandardDVI, claim: str) -> Verdict:
 
 
 def _tame(problem: StandardDVI) -> bool:
-    """Return whether f depends on the time only by bounded terms."""
+    """Return whether f depends on the time only by terms of bounded rate."""
     low, high = problem.block("f", "t")
     return bool(np.all(np.isfinite(low)) and np.all(np.isfinite(high)))
 
@@ -184,7 +209,9 @@ def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
 
     A form that is positive on each part is so on all: an integral along a line adds up.
     """
-    whole = monotone(*problem.block("g", "u"), claim, strongly=strongly)
+    if gap := problem.gap("g"):
+        return Verdict.undecided(claim, gap)
+    whole = _on_set(problem, monotone(*problem.block("g", "u"), claim, strongly=strongly))
     if whole.holds is not None:
         return whole
     n, m = problem.n, problem.m
@@ -193,8 +220,9 @@ def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
         box = waiting.pop()
         tried += 1
         found = bounds(problem.g, box, problem.time)
-        inner = monotone(
-            found.low[:, n : n + m], found.high[:, n : n + m], claim, strongly=strongly
+        inner = _on_set(
+            problem,
+            monotone(found.low[:, n : n + m], found.high[:, n : n + m], claim, strongly=strongly),
         )
         if inner.holds is None:
             at = _at_middle(problem, box, claim, strongly)
@@ -214,11 +242,22 @@ def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
     return Verdict.yes(claim, text, Witness(text, value=least))
 
 
+def _on_set(problem: StandardDVI, found: Verdict) -> Verdict:
+    """Return a verdict on all directions as one on K, which may lie in a plane."""
+    flat = any(
+        not part.interval or any(a == b for a, b in zip(part.low, part.high, strict=True))
+        for part in problem.sets
+    )
+    if found.holds is not False or not flat:
+        return found
+    return Verdict.undecided(found.claim, f"{found.reason}; K may lie in a plane", found.witness)
+
+
 def _at_middle(
     problem: StandardDVI, box: list[Interval], claim: str, strongly: bool
 ) -> Verdict | None:
     """Return that the form is negative at the middle of a box in K, None if it is not."""
-    if not all(part.interval for part in problem.sets):
+    if not all(part.interval and part.low != part.high for part in problem.sets):
         return None  # the box around K is larger than K
     n, m = problem.n, problem.m
     point = [_middle(a, b) for a, b in box]

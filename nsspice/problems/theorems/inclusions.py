@@ -23,10 +23,10 @@ def convex_values(problem: StandardDVI) -> Verdict:
     """
     claim = "F(t, x) is non-empty, compact and convex"
     if not problem.compact:
-        k = next(p.index[0] for p in problem.sets if not p.bounded)
-        return Verdict.undecided(
-            claim, f"the set of {problem.name(k)} is unbounded: SOL may be empty or unbounded"
-        )
+        return Verdict.undecided(claim, f"{problem.loose}: SOL may be empty or unbounded")
+    for function in "fg":
+        if gap := problem.gap(function):
+            return Verdict.undecided(claim, gap)
     for part in (monotone_in_u(problem), affine_in_u(problem)):
         if not part:
             return Verdict.undecided(claim, f"{part.claim} is not known: {part.reason}")

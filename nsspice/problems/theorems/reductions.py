@@ -11,11 +11,12 @@ from ..matrices import is_definite
 from ..verdict import Verdict, Witness
 from .hypotheses import (
     affine_in_u,
+    closed,
     lipschitz,
     monotone_in_u,
     separated,
     strong_in_u,
-    uniformly_p,
+    uniformly_p_in_u,
 )
 from .standard import StandardDVI
 
@@ -48,7 +49,7 @@ def theorem_2_2_1(problem: StandardDVI) -> Verdict:
         "Theorem 2.2.1 applies",
         "Theorem 2.2.1: u(t, x) is unique and Lipschitz, g being strongly monotone in u",
         {
-            "K": _closed(problem),
+            "K": closed(problem),
             "(i)": _continuous(problem),
             "(ii)": by_x,
             "(ii) in t": lipschitz(problem, "g", "t", "g is Lipschitz in t"),
@@ -83,7 +84,6 @@ def theorem_2_2_2(problem: StandardDVI) -> Verdict:
 
 def theorem_2_2_3(problem: StandardDVI) -> Verdict:
     """Judge Theorem 2.2.3: as 2.2.1 for a product K and a uniform P-function g (A)."""
-    low, high = problem.block("g", "u")
     product = Verdict.yes("K is a product", "of intervals")
     if not all(part.interval for part in problem.sets):
         product = Verdict.undecided("K is a product", "not of intervals, for which (A) is judged")
@@ -92,7 +92,8 @@ def theorem_2_2_3(problem: StandardDVI) -> Verdict:
         "Theorem 2.2.3: u(t, x) is unique and Lipschitz, g being a uniform P-function",
         {
             "K": product,
-            "(A)": uniformly_p(low, high, "g is a uniform P-function of u"),
+            "continuous": _continuous(problem),
+            "(A)": uniformly_p_in_u(problem),
             "(B)": lipschitz(problem, "g", "x", "g is Lipschitz in x"),
             "(B) in t": lipschitz(problem, "g", "t", "g is Lipschitz in t"),
         },
@@ -149,7 +150,7 @@ def theorem_2_2_4(problem: StandardDVI) -> Verdict:
         "Theorem 2.2.4 applies",
         "Theorem 2.2.4: there is at most one solution",
         {
-            "1": _closed(problem),
+            "1": closed(problem),
             "2": lipschitz(problem, "f", "x", "f is locally Lipschitz"),
             "form": affine_in_u(problem),
             "inequality": separated(problem),
@@ -164,8 +165,7 @@ def theorem_2_2_9(problem: StandardDVI) -> Verdict:
     """Judge Theorem 2.2.9: existence for compact K, monotone g(u), Lipschitz f, h, bounded B."""
     compact = Verdict.yes("K is compact", "a bounded set")
     if not problem.compact:
-        k = next(p.index[0] for p in problem.sets if not p.bounded)
-        compact = Verdict.no("K is compact", f"the set of {problem.name(k)} is unbounded")
+        compact = Verdict.no("K is compact", problem.loose)
     return Verdict.theorem(
         "Theorem 2.2.9 applies",
         "Theorem 2.2.9: a solution exists, K being compact and g monotone",
@@ -209,15 +209,11 @@ def _narrowed(problem: StandardDVI, unique: Verdict) -> StandardDVI:
     return replace(problem, sets=sets)
 
 
-def _closed(problem: StandardDVI) -> Verdict:
-    return Verdict.yes("K is closed and convex", "a product of intervals, polyhedra and cones")
-
-
 def _continuous(problem: StandardDVI) -> Verdict:
-    values = lipschitz(problem, "g", "u", "g is continuous")
-    if values:
-        return Verdict.yes("g is continuous", "its derivatives are bounded")
-    return values
+    claim = "g is continuous"
+    if gap := problem.gap("g"):
+        return Verdict.undecided(claim, gap)
+    return Verdict.yes(claim, "no pole and no jump for all t, x and u in K")
 
 
 def _autonomous(problem: StandardDVI) -> Verdict:

@@ -31,6 +31,8 @@ class ConvexSet:
         The set is that box: a product of intervals.
     polyhedral, cone : bool
         It is a polyhedron; a cone with its vertex at 0.
+    empty : bool or None
+        It has no point at all; None if that is not known.
     """
 
     index: tuple[int, ...]
@@ -39,6 +41,7 @@ class ConvexSet:
     interval: bool = True
     polyhedral: bool = True
     cone: bool = False
+    empty: bool | None = False
 
     @property
     def bounded(self) -> bool:
@@ -122,7 +125,10 @@ class StandardDVI:
         return bounds(self.g, self.box, self.time)
 
     def block(self, function: str, by: str) -> tuple[Floats, Floats]:
-        """Return lower and upper bounds of the derivatives of f or g by ``x``, ``u`` or ``t``."""
+        """Return lower and upper bounds of the derivatives of f or g by ``x``, ``u`` or ``t``.
+
+        Those of a function that jumps or has a pole somewhere are infinite.
+        """
         found = self.bounds_f if function == "f" else self.bounds_g
         columns = {
             "x": slice(0, self.n),
@@ -139,13 +145,32 @@ class StandardDVI:
     @property
     def autonomous(self) -> bool:
         """True if neither f nor g depends on the time."""
-        zero = (self.block(name, by) for name in "fg" for by in "t")
-        return all(not low.any() and not high.any() for low, high in zero)
+        return not (self.f.timed or self.g.timed)
 
     @property
     def compact(self) -> bool:
-        """True if K is."""
-        return all(part.bounded for part in self.sets)
+        """True if K is, and is not empty."""
+        return all(part.bounded and part.empty is False for part in self.sets)
+
+    @property
+    def loose(self) -> str:
+        """Why K is not known to be compact and not empty."""
+        for part in self.sets:
+            if not part.bounded:
+                return f"the set of {self.name(part.index[0])} is unbounded"
+            if part.empty is not False:
+                word = "is" if part.empty else "may be"
+                return f"the set of {self.name(part.index[0])} {word} empty"
+        return ""
+
+    def gap(self, function: str) -> str:
+        """Return why f or g need not be continuous for all t, x and u in K; empty where it is."""
+        found = self.bounds_f if function == "f" else self.bounds_g
+        for k, text in enumerate(found.gaps):
+            if text:
+                owner = self.state(k) if function == "f" else self.name(k)
+                return f"the equation of {owner} may meet {text}"
+        return ""
 
     def name(self, k: int) -> str:
         """Return the name of a component of u."""
