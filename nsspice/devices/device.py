@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
     from ..netlist.expressions.expression import Expression
     from .diodes.diode_branch import CurveBody
+    from .noise import Flicker, NoiseSource
+    from .valve import Valve
 
 EdgeKind = Literal["V", "E", "C", "P", "R", "L", "G", "I"]
 NO_VALUES: Mapping[str, float] = {}
@@ -139,6 +141,8 @@ class Device(Carrier):
     terminals: tuple[str, ...] = ()
     #: shown among the default signals
     shows_current: bool = False
+    #: kinds of noise that ``noise`` yields: thermal, shot, flicker
+    NOISE: ClassVar[tuple[str, ...]] = ()
 
     __slots__ = ("controls", "effects", "ends", "letter", "name", "node_spans", "nodes", "span")
 
@@ -226,6 +230,14 @@ class Device(Carrier):
     def powers(self) -> tuple[tuple[str, str, str], ...]:
         """Return a current and two nodes for each product that adds to the power."""
         return ((self.name, *self.ends),)
+
+    def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
+        """Yield the sources of noise; ideal elements have none."""
+        return iter(())
+
+    def valves(self, layout: Layout) -> Iterator[Valve]:
+        """Yield the parts that turn on and off, whose switchings may cost energy."""
+        return iter(())
 
     def initial_charges(
         self, layout: Layout, voltage: Callable[[str], float]

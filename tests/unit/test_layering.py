@@ -33,8 +33,7 @@ FOLDERS = {
 #: name, or belongs to the base, "."
 ROOMS = {
     "netlist": "findings text expressions deck elements expansion cards parsing",
-    "devices": ". heat diodes expressions passive sources switches mosfets transistors "
-    "noise lossy_switches",
+    "devices": ". heat diodes expressions passive sources switches mosfets transistors",
     "analyses": "signals results request certificate solution static transient steady studies",
 }
 

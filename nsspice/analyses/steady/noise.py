@@ -10,12 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...circuit import Circuit
-from ...devices.diodes.junction_diode import JunctionDiode
-from ...devices.mosfets.level1 import Level1
-from ...devices.mosfets.vdmos import Vdmos
-from ...devices.noise import flicker_of, noise_sources
-from ...devices.transistors.bipolar import Bipolar
-from ...devices.transistors.jfet import Jfet
+from ...devices.noise import Flicker
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import Element, NoiseCard, PssCard
 from ..request.row_sinks import Sink, hand_over
@@ -131,7 +126,8 @@ def run_noise(
             value, rate = point.drive({analysis.source: 1.0})
             gain += y @ value + s * (y @ rate)
         noisy = [d for d in island.devices if d.name not in silent]
-        found = [(d.name, n) for d in noisy for n in noise_sources(d, layout, elements.get(d.name))]
+        flickers = {d.name: Flicker.of(elements.get(d.name)) for d in noisy}
+        found = [(d.name, n) for d in noisy for n in d.noise(layout, flickers[d.name])]
         signals = sorted({n.signal for _, n in found if n.signal})
         bias = op(circuit, signals=signals, temperature=temperature, values=values)
         for name, one in found:
@@ -218,9 +214,8 @@ def _check(circuit: Circuit, analysis: Noise) -> None:
 
 def _left_out(circuit: Circuit, analysis: Noise) -> list[Diagnostic]:
     """Return a warning about flicker noise that is not simulated."""
-    whole = (JunctionDiode, Bipolar, Level1, Vdmos, Jfet)
-    flickering = {e.name for e in circuit.deck.elements if flicker_of(e)[0]}
-    names = [d.name for d in circuit.devices if d.name in flickering and not isinstance(d, whole)]
+    flickering = {e.name for e in circuit.deck.elements if Flicker.of(e).kf}
+    names = [d.name for d in circuit.devices if d.name in flickering and "flicker" not in d.NOISE]
     if not names:
         return []
     message = f"the flicker noise (kf) of {', '.join(names)} is left out: they are set-valued"

@@ -30,7 +30,7 @@ from ...circuit import Circuit
 from ...devices.heat.energy_table import EnergyTable
 from ...devices.heat.switching_loss import SwitchingLoss, switching_loss
 from ...devices.heat.thermal_network import ThermalNetwork, thermal_network
-from ...devices.lossy_switches import Valve, valves
+from ...devices.valve import Valve
 from ...errors import Diagnostic, NumericalError, UsageError
 from ..signals.curve import Floats
 from .integrals import Integrals
@@ -287,7 +287,7 @@ def _events(
     device = circuit.device(name)
     home, signals = _terms(circuit, name)
     period_map = integrals.map_of(home, signals)
-    parts = list(valves(device, integrals.course(home).mna.layout))
+    parts = list(device.valves(integrals.course(home).mna.layout))
     parallel = parts[0].parallel if parts else 1.0
     start, stop = integrals.window
     found: list[_Event] = []

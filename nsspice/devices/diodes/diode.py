@@ -10,7 +10,7 @@ A model card without set-valued parameters is SPICE's smooth junction.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -26,6 +26,8 @@ from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 if TYPE_CHECKING:
     from ...errors import Span
     from ...netlist.deck import Element, Model, Param
+    from ..stamper import Layout
+    from ..valve import Valve
 
 _SMOOTH = "leave it out, or leave out the set-valued parameters for a smooth junction"
 
@@ -177,6 +179,10 @@ class Diode(LegDevice):
         body = curve_body(law, parallel, context)
         drop = series_drop(element, model, findings)
         return cls(element, law, Leg(body, drop, parallel), body.parts)
+
+    def valves(self, layout: Layout) -> Iterator[Valve]:
+        """Yield the forward pair."""
+        return self.leg.valves(layout, self.name)
 
 
 def curve_body(law: DiodeLaw, parallel: float, context: Context) -> CurveBody:

@@ -7,7 +7,7 @@ has one leg and an Ebers-Moll transistor has two.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -16,6 +16,7 @@ from ...problems.descriptor import Functional
 from ..effect import Effect
 from ..signals import own_current, register_of, shown
 from ..stamper import Layout, Stamper
+from ..valve import Valve
 from .characteristic import Decomposition
 
 if TYPE_CHECKING:
@@ -263,3 +264,10 @@ class Leg:
         if self.drop is not None:
             return layout.branch(name)
         return self.body.current(layout, name, a, b)
+
+    def valves(self, layout: Layout, name: str) -> Iterator[Valve]:
+        """Yield the forward pair of a set-valued law."""
+        if isinstance(self.body, CurveBody):
+            for pair, one in zip(layout.pairs.get(name, ()), self.body.parts.pairs, strict=True):
+                if one.forward:
+                    yield Valve("diode", pair, self.parallel)

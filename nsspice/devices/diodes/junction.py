@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from ...problems.tape import TapeBuilder
 from ..effect import Effect
 from ..stamper import Conditions
-from .thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage
+from ..temperature import CELSIUS, depletion, kelvin, saturation, thermal_voltage
 
 #: a larger grading coefficient is taken as this one (ngspice's bound)
 STEEPEST = 0.9

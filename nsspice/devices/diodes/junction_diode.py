@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..device import Context, check_flags
+from ..noise import Flicker, NoiseSource, shot_noise, thermal_noise
 from ..parameter import Parameter, Table
 from ..stamper import Layout
+from ..temperature import kelvin
 from .diode_branch import JunctionBody, Leg, Voltage
 from .junction import JunctionLaw
 from .junction_card import read_junction
@@ -28,6 +31,7 @@ class JunctionDiode(LegDevice):
         Parameter("ic", "initial voltage, used with uic", "V"),
         *GEOMETRY,
     )
+    NOISE = ("thermal", "shot", "flicker")
     __slots__ = ("ic", "law")
 
     def __init__(self, element: Element, law: JunctionLaw, leg: Leg, ic: float | None) -> None:
@@ -75,6 +79,21 @@ class JunctionDiode(LegDevice):
         a, b = self.ends
         v = voltage(a) - voltage(b) if self.ic is None else self.ic
         return list(layout.voltage(*self.leg.charge(layout, self.name, a, b, v)))
+
+    def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
+        """Yield the noise of the ohmic resistance and of the junction behind it."""
+        name, body, conditions, (a, b) = self.name, self.leg.body, layout.conditions, self.ends
+        assert isinstance(body, JunctionBody)
+        if self.leg.drop is not None:
+            a = f"{name}#drop"
+        if self.law.rs:
+            resistance = self.law.at(conditions, body.temp, body.dtemp).resistance
+            inner = f"{name}#internal"
+            temperature = kelvin(conditions, body.temp, body.dtemp)
+            yield thermal_noise(a, inner, body.parallel / resistance, temperature)
+            a = inner
+        yield shot_noise(a, b, f"i({name})")
+        yield from flicker.sources(a, b, f"i({name})")
 
 
 def junction_law(model: Model, context: Context) -> JunctionLaw | None:

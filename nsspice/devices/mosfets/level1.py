@@ -157,6 +157,11 @@ class Level1(SmoothMosfet):
         if self._shunt:
             stamper.conductance(nodes["d"], nodes["s"], self._shunt)
 
+    def flicker_factor(self) -> float:
+        """Return one over the channel's area and the square of the oxide's capacitance."""
+        area = self.size["w"] * (self.size["l"] - 2.0 * self.card.get("ld", 0.0))
+        return super().flicker_factor() / area
+
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges from which a run with ``uic`` starts; ``ic=`` goes first."""
         p, v = self.parameters(layout.conditions), self._initial_voltages(voltage)

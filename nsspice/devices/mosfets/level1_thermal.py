@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ..diodes.thermal import CELSIUS, CHARGE, depletion, kelvin, thermal_voltage
 from ..stamper import Conditions
+from ..temperature import CELSIUS, CHARGE, depletion, kelvin, thermal_voltage
 from .level1_card import CARD, INTRINSIC
 
 EPS0 = 8.854214871e-12  # [F/m], SPICE3's digits

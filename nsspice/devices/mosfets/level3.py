@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 
 from ...netlist.findings import Findings
 from ..diodes.number_tape import LawTape, R
-from ..diodes.thermal import CELSIUS, CHARGE, thermal_voltage
 from ..effect import Effect, called_for
 from ..parameter import Parameter, Table, inert
 from ..stamper import Conditions
+from ..temperature import CELSIUS, CHARGE, thermal_voltage
 from .level1 import Level1
 from .level1_card import CARD, EFFECTS, INTRINSIC, NEUTRAL_ZERO, checked
 from .level1_law import Level1Law

@@ -17,9 +17,9 @@ from ..device import Context
 from ..diodes.diode import DiodeLaw, curve_body
 from ..diodes.diode_branch import Leg
 from ..diodes.number_tape import NumberTape
-from ..diodes.thermal import CELSIUS, thermal_voltage
 from ..stamper import Conditions
 from ..switches.switch import SwitchLaw
+from ..temperature import CELSIUS, thermal_voltage
 from .level1 import Level1
 from .level3 import Level3
 from .mosfet import VDMOS_TYPES

@@ -23,6 +23,7 @@ from ..heat.switching_loss import SWITCH_LOSSES
 from ..parameter import Parameter, Table, inert
 from ..stamper import Layout, Stamper
 from ..switches.switch import SwitchLaw
+from ..valve import Valve
 from .mosfet import MULTIPLE, RATINGS, TEMPERATURES, Flow, Mosfet
 
 if TYPE_CHECKING:
@@ -217,6 +218,13 @@ class MosfetSwitch(Mosfet):
         for terminal, name, a, k, leg in self._places:
             begin, end = (body, terminal) if self.n else (terminal, body)
             yield Flow(leg.current(layout, name, a, k), begin, end)
+
+    def valves(self, layout: Layout) -> Iterator[Valve]:
+        """Yield the channel and the forward pairs of the diodes."""
+        for pair in layout.pairs.get(f"{self.name}.channel", ()):
+            yield Valve("switch", pair, self.parallel)
+        for _, name, _, _, leg in self._places:
+            yield from leg.valves(layout, name)
 
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charges of smooth diodes from which a run with ``uic`` starts."""

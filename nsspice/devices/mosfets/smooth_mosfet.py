@@ -13,7 +13,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from ...problems.descriptor import Functional
 from ..diodes.diode_branch import Voltage
+from ..noise import Flicker, NoiseSource, thermal_noise
 from ..stamper import Conditions, Layout, Stamper
+from ..temperature import BOLTZMANN, kelvin
 from .mosfet import Flow, Mosfet
 
 if TYPE_CHECKING:
@@ -21,11 +23,14 @@ if TYPE_CHECKING:
 
 #: in messages and names of nodes
 _LABELS = {"d": "drain", "g": "gate", "s": "source"}
+_EPS0 = 8.854214871e-12  # as SPICE has it [F/m]
+_OXIDE = 1e-7  # thickness where the card has none [m]
 
 
 class SmoothMosfet(Mosfet):
     """Base of the smooth MOSFETs."""
 
+    NOISE = ("thermal", "flicker")
     smooth = True
     #: currents and charges with the ends between which they flow in an n-channel transistor
     CURRENTS: ClassVar[tuple[tuple[str, str, str], ...]] = ()
@@ -120,6 +125,29 @@ class SmoothMosfet(Mosfet):
             inner = nodes[terminal.upper()]
             through = layout.series_current(nodes[terminal], inner, self.parallel / ohms)
             yield Flow(through, terminal, terminal.upper())
+
+    def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
+        """Yield the noise of the resistances and of the channel."""
+        conditions, many = layout.conditions, self.parallel
+        temperature = kelvin(conditions, self.temp, self.dtemp)
+        nodes = self.inside(conditions)
+        for terminal, ohms in self.resistances(conditions).items():
+            inner = nodes[terminal.upper()]
+            yield thermal_noise(nodes[terminal], inner, many / ohms, temperature)
+        number = layout.functions.get(f"{self.name}#channel")
+        if number is None:
+            return
+        d, s = nodes["D"], nodes["S"]
+        thermal = 8.0 / 3.0 * BOLTZMANN * temperature * many
+        yield NoiseSource(d, s, thermal, function=number, gate=nodes["G"])
+        # of one of equal parallel transistors
+        own = Flicker(flicker.kf * self.flicker_factor() * many, flicker.af)
+        yield from own.sources(d, s, function=number)
+
+    def flicker_factor(self) -> float:
+        """Return what ``KF`` is multiplied by: one over the square of the oxide's capacitance."""
+        oxide = 3.9 * _EPS0 / (self.card.get("tox") or _OXIDE)
+        return 1.0 / oxide**2
 
     def _initial_voltages(self, voltage: Voltage) -> dict[str, float]:
         """Return initial voltages of the terminals over the source; ``ic=vds,vgs,vbs`` goes first.

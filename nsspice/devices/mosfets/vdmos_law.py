@@ -18,8 +18,8 @@ from collections.abc import Mapping
 from typing import Generic
 
 from ..diodes.number_tape import LawTape, R
-from ..diodes.thermal import CELSIUS, kelvin
 from ..stamper import Conditions
+from ..temperature import CELSIUS, kelvin
 from .vdmos_card import CARD
 
 _DEFAULTS = {p.name: p.default or 0.0 for p in CARD.parameters if p.status == "used"}

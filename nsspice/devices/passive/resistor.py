@@ -6,7 +6,7 @@ With ``V={expr(i)}``, or a resistance that depends on signals, it is a behaviour
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ...netlist.expressions.expression import Expression
@@ -14,8 +14,10 @@ from ...problems.descriptor import Functional
 from ..coefficients import CARD, EXPONENTIAL
 from ..device import NO_VALUES, Context, Device, Edge
 from ..effect import Effect
+from ..noise import Flicker, NoiseSource, thermal_noise
 from ..parameter import Parameter, Table, inert, refused
 from ..stamper import Layout, Stamper
+from ..temperature import kelvin
 from .passive import SHARED, Passive, read_passive
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ class Resistor(Passive):
         inert("af", "flicker noise"),
     )
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("r", "res")
+    NOISE = ("thermal",)
     __slots__ = ()
 
     @classmethod
@@ -90,3 +93,9 @@ class Resistor(Passive):
         if math.isinf(value):
             return Functional()
         return Functional(z=layout.voltage(*self.ends, self.m / value))
+
+    def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
+        """Yield the thermal noise; a short and an open resistor have none."""
+        ohms = self.at(layout.conditions)
+        if 0.0 < ohms < math.inf:
+            yield thermal_noise(*self.ends, self.m / ohms, kelvin(layout.conditions))

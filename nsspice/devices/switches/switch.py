@@ -14,7 +14,7 @@ VT + |VH|.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -26,6 +26,7 @@ from ..effect import Effect
 from ..heat.switching_loss import SWITCH_LOSSES
 from ..parameter import Parameter, Table, refused
 from ..stamper import Layout, Stamper
+from ..valve import Valve
 
 if TYPE_CHECKING:
     from ...netlist.deck import Element, Model
@@ -153,6 +154,11 @@ class _Switch(Device):
         pairs = layout.pairs.get(self.name, ())
         z = layout.voltage(*self.ends, self.law.conductance * self.m)
         return Functional(z=z if self.law.conductance else (), lam=tuple((p, 1.0) for p in pairs))
+
+    def valves(self, layout: Layout) -> Iterator[Valve]:
+        """Yield the pair of a switch whose states differ."""
+        for pair in layout.pairs.get(self.name, ()):
+            yield Valve("switch", pair, self.m, self.law.ron > self.law.roff)
 
 
 class VoltageSwitch(_Switch):

@@ -17,8 +17,10 @@ from ..diodes.diode_branch import Voltage
 from ..diodes.junction import depletion_charge
 from ..diodes.leg_device import size_of
 from ..effect import Effect
+from ..noise import Flicker, NoiseSource, shot_noise, thermal_noise
 from ..parameter import Parameter, Table
 from ..stamper import Conditions, Layout, Stamper
+from ..temperature import kelvin
 from .bipolar_card import CARD, COEFFICIENTS, EFFECTS, NEUTRAL_ZERO, check_card
 from .bipolar_law import BipolarLaw
 from .bipolar_thermal import at_temperature
@@ -52,6 +54,7 @@ class Bipolar(Transistor):
         Parameter("icvce", "initial collector-emitter voltage", "V"),
     )
     MODEL = CARD
+    NOISE = ("thermal", "shot", "flicker")
     smooth = True
     __slots__ = (
         "card", "dtemp", "ic", "lateral", "stores_energy", "substrate", "temp", "terminals",
@@ -121,18 +124,6 @@ class Bipolar(Transistor):
         )
         return c, b, e
 
-    @property
-    def inner(self) -> tuple[str, str, str]:
-        """Collector, base and emitter behind their resistances."""
-        return self._inner()
-
-    def ohmic(self, conditions: Conditions) -> Iterator[tuple[str, str, float]]:
-        """Yield ends and conductance [S] of each constant resistance."""
-        p = self._at(conditions)
-        for node, inner, key in zip(self.corners, self._inner(), _OHMIC, strict=True):
-            if inner != node and not (key == "rb" and self._modulated):
-                yield node, inner, self.parallel / p[key]
-
     def _flows(self) -> Iterator[tuple[str, str, str]]:
         """Yield currents and charges with the ends between which they stand, see ``_nodes``."""
         for name, a, k in _FLOWS:
@@ -199,6 +190,17 @@ class Bipolar(Transistor):
         return rb[0] > 0.0 and rb != (get("rbm", rb[0]), get("trm1", 0.0), get("trm2", 0.0))
 
     # outputs ---------------------------------------------------------------------------------
+
+    def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
+        """Yield the noise of constant resistances and of collector and base current."""
+        p, (c, b, e) = self._at(layout.conditions), self._inner()
+        temperature = kelvin(layout.conditions, self.temp, self.dtemp)
+        for node, inner, key in zip(self.corners, (c, b, e), _OHMIC, strict=True):
+            if inner != node and not (key == "rb" and self._modulated):
+                yield thermal_noise(node, inner, self.parallel / p[key], temperature)
+        yield shot_noise(c, e, f"i({self.name})")
+        yield shot_noise(b, e, f"i({self.name}.b)")
+        yield from flicker.sources(b, e, f"i({self.name}.b)")
 
     def current_into(self, layout: Layout, terminal: str) -> Functional:
         """Return the current into a terminal other than the base."""

@@ -13,8 +13,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ..diodes.thermal import CELSIUS, depletion, kelvin, saturation, thermal_voltage
 from ..stamper import Conditions
+from ..temperature import CELSIUS, depletion, kelvin, saturation, thermal_voltage
 from .bipolar_card import CARD, COEFFICIENTS, STEEPEST
 
 #: what a parameter is if the card does not give it; 0 stands for an absent effect

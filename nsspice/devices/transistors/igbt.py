@@ -11,7 +11,7 @@ there is none, and a reverse voltage is blocked.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ...netlist.expressions.expression import Expression
@@ -26,6 +26,7 @@ from ..mosfets.mosfet import MULTIPLE, RATINGS, TEMPERATURES
 from ..outputs import plus, scaled
 from ..parameter import Parameter, Table, inert
 from ..stamper import Layout, Stamper
+from ..valve import Valve
 
 if TYPE_CHECKING:
     from ...errors import Span
@@ -205,6 +206,13 @@ class Igbt(Device):
     def current(self, layout: Layout) -> Functional:
         """Return the current into the collector."""
         return self.terminal_current(layout, "c")
+
+    def valves(self, layout: Layout) -> Iterator[Valve]:
+        """Yield the channel and the forward pair of the diode."""
+        for pair in layout.pairs.get(f"{self.name}.channel", ()):
+            yield Valve("switch", pair, self.parallel)
+        if self.leg is not None:
+            yield from self.leg.valves(layout, f"{self.name}.diode")
 
     def initial_charges(self, layout: Layout, voltage: Voltage) -> list[tuple[int, float]]:
         """Return the charge of a smooth diode from which a run with ``uic`` starts."""

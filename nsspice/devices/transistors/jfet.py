@@ -19,13 +19,13 @@ from ..diodes.diode_branch import Voltage
 from ..diodes.junction import STEEPEST
 from ..diodes.leg_device import size_of
 from ..diodes.number_tape import LawTape, NumberTape, R
-from ..diodes.thermal import CELSIUS, depletion, kelvin, thermal_voltage
 from ..effect import Effect, called_for
 from ..mosfets.level1_law import Level1Law
 from ..mosfets.mosfet import INITIAL, MULTIPLE, RATINGS, TEMPERATURES
 from ..mosfets.smooth_mosfet import SmoothMosfet
 from ..parameter import Parameter, Table, check_bounds, inert, limited, refused
 from ..stamper import Conditions, Layout, Stamper
+from ..temperature import CELSIUS, depletion, kelvin, thermal_voltage
 
 if TYPE_CHECKING:
     from ...netlist.deck import Element, Model
@@ -143,6 +143,10 @@ class Jfet(SmoothMosfet):
         """Return the resistance [Ohm] in series with each terminal that has one."""
         card = self.card
         return {end: card[f"r{end}"] for end in ("d", "s") if card.get(f"r{end}")}
+
+    def flicker_factor(self) -> float:
+        """Return one: a gate junction has no oxide."""
+        return 1.0
 
     def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
         """Return channel and gate junctions."""

@@ -11,7 +11,6 @@ import nsspice
 from nsspice.circuit import build
 from nsspice.compare.ngspice import run as ngspice_run
 from nsspice.devices import Conditions
-from nsspice.devices.diodes import thermal
 from nsspice.devices.diodes.number_tape import NumberTape
 from nsspice.devices.mosfets.level1_law import Level1Law
 from nsspice.devices.mosfets.level1_thermal import at_temperature
@@ -86,8 +85,8 @@ Vg g 0 {2 * sign}
         return float(np.abs(mine - theirs).max() / np.abs(theirs).max())
 
     assert 1e-6 < worst() < 2e-5
-    monkeypatch.setattr(thermal, "BOLTZMANN", 1.38064852e-23)
-    monkeypatch.setattr(thermal, "CHARGE", 1.6021766208e-19)
+    monkeypatch.setattr("nsspice.devices.temperature.BOLTZMANN", 1.38064852e-23)
+    monkeypatch.setattr("nsspice.devices.temperature.CHARGE", 1.6021766208e-19)
     assert worst() < 1e-8
 
 

@@ -31,11 +31,11 @@ CARDS = {
 )
 def test_characteristics_are_those_of_ngspice(card: str, sign: int, monkeypatch):
     """Both directions of the channel, the body blocks; with ngspice 39's constants of 2014."""
-    from nsspice.devices.diodes import thermal
+    from nsspice.devices import temperature
     from nsspice.devices.mosfets import level1_thermal, level3
 
-    monkeypatch.setattr(thermal, "BOLTZMANN", 1.38064852e-23)
-    for module in (thermal, level1_thermal, level3):
+    monkeypatch.setattr(temperature, "BOLTZMANN", 1.38064852e-23)
+    for module in (temperature, level1_thermal, level3):
         monkeypatch.setattr(module, "CHARGE", 1.6021766208e-19)
     text = f"""t
 M1 d g 0 b MX W=8u L=1.2u NRD=2 NRS=1 m=2

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import nsspice
-from nsspice.devices.diodes.thermal import thermal_voltage
+from nsspice.devices.temperature import thermal_voltage
 from nsspice.screening import effects
 from nsspice.screening.line_fit import straight
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 
-from ...errors import Diagnostic, NetlistError
-from ...netlist.expressions.functions import ABSOLUTE_ZERO
-from ..stamper import Conditions
+from ..errors import Diagnostic, NetlistError
+from ..netlist.expressions.functions import ABSOLUTE_ZERO
+from .stamper import Conditions
 
 BOLTZMANN = 1.380649e-23  # [J/K]
 CHARGE = 1.602176634e-19  # [A s]
