@@ -20,38 +20,38 @@ GROUPS = {
 }
 INTRO = """# Hard cases, measured
 
-Every netlist of `netlists/pathological` by nsspice and by ngspice;
+Every netlist in `netlists/pathological` with nsspice and with ngspice;
 [the hard cases](../explanation/stability.md) explains how nsspice treats each class.
 
 The column *ngspice* was measured with ngspice-39 on the same circuit, ideal laws replaced
 by sharp smooth ones as in `nsspice compare`, {patience} s for each attempt. "Right" means that
-every known answer that ngspice has (it knows no impulses) is met within 2 % of the range of the
-signals. For Siconos and Pulsim see [below](#siconos-and-pulsim).
+ngspice agrees with every known answer that it can give (it has no impulses) within 2 % of the
+range of the signals. For Siconos and Pulsim see [below](#siconos-and-pulsim).
 
 | | cases |
 |---|---|
 {tally}
 
-`python tools/hard_cases.py` measures again and writes this page.
+`python tools/hard_cases.py` repeats the measurements and writes this page.
 """
 PEERS = """
 ## Siconos and Pulsim
 
-Siconos 4.4 (Debian's `python3-siconos`) marches complementarity systems that the user has derived
-by hand, Pulsim takes circuits of its own description, diodes as conductances of 1e9 and 1e-12 S.
-Neither reads netlists, so the cases above are represented by five that they can express,
+Siconos 4.4 (Debian's `python3-siconos`) steps complementarity systems that the user has
+derived by hand; Pulsim has its own circuit description, with diodes as conductances of 1e9 and
+1e-12 S. Neither reads netlists, so the cases above are represented by five that they can express,
 `python tools/hard_cases.py peers`:
 
 | case | right at the end | Siconos, implicit Euler | Pulsim |
 |---|---|---|---|
 {rows}
 
-What cannot be expressed: to Siconos the user gives matrices, so a start at which states are
-inconsistent, a loop of capacitors, a switch with a threshold or a source with corners is the
-user's own derivation and program, and an infeasible problem has no names to be refused by. The
-elements of Pulsim 2 are R, L, C, sources, switches, diodes and transistors: it has no friction, no
-relay without hysteresis and no report of impulses, and its event engine refuses initial values (it
-says so; its fixed step of 100 ns was used for the two cases that have them).
+What cannot be expressed: Siconos takes matrices, so inconsistent initial states, a loop of
+capacitors, a switch with a threshold or a source with breakpoints must be derived and programmed
+by the user, and an infeasible problem cannot be refused by element name. The elements of Pulsim 2
+are R, L, C, sources, switches, diodes and transistors: it has no friction, no relay without
+hysteresis and no report of impulses, and its event engine refuses initial values with a message
+(its fixed step of 100 ns was used for the two cases that have them).
 """
 
 
@@ -62,10 +62,10 @@ def write(found: dict[str, Any], peers: dict[str, Any], root: Path) -> None:
     verdicts = [entry["ngspice"]["verdict"] for entry in found.values()]
     held = sum(entry["nsspice"]["passed"] for entry in found.values())
     tally = [
-        ("nsspice: known answer met, or refused by name", held),
+        ("nsspice: known answer found, or refused by name", held),
         ("ngspice: right", verdicts.count("right") + verdicts.count("runs")),
         ("ngspice: stops with an error or runs out of time", verdicts.count("fails")),
-        ("ngspice: a wrong answer without complaint", verdicts.count("wrong")),
+        ("ngspice: a wrong answer without any message", verdicts.count("wrong")),
         ("ngspice: an answer for a circuit that has none", verdicts.count("silent")),
     ]
     counts = [f"| {what} | {number} |" for what, number in tally]
