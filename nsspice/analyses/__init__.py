@@ -1,4 +1,9 @@
-"""The analyses: DC solution, sweep, transient, and everything a deck asks for at once."""
+"""The analyses: every card that asks for a computation, in rooms that import one way.
+
+Read ``studies.batch`` (everything a deck asks for), ``static.statics`` (``.op``, ``.dc``),
+``transient.transient`` (``.tran``), ``steady.steady_state`` (``.pss``), then ``solution.solution``.
+Imports ``netlist``, ``devices``, ``circuit``, ``problems`` and ``solvers``.
+"""
 
 from __future__ import annotations
 

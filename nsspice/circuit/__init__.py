@@ -1,5 +1,8 @@
 """From decks to equations: graph, topology, islands, problem class, MNA system.
 
+Read ``build`` (from deck to circuit), ``islands``, ``spanning`` (which voltages are unknowns),
+``mna`` (the equations), ``problem_class``.  Imports ``netlist``, ``devices`` and ``problems``.
+
 Names that a plain run does not need are imported from their own modules: ``explain.explain``,
 ``dlcp.dlcp_form``, ``normal_tree.normal_tree``, ``theta.theta_terms``.
 """

@@ -1,4 +1,8 @@
-"""The command line: ``nsspice run``, ``explain``, ``test``, ``compare``."""
+"""The command line: one file for each command.
+
+Read ``app`` (which commands there are), ``run`` (the longest one), ``options`` and ``report`` (what
+they share).  Imports everything but ``dvi``; nothing imports it.
+"""
 
 from __future__ import annotations
 

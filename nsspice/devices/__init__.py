@@ -1,4 +1,4 @@
-"""The laws: one file per element, each with its parameters, effects, characteristic and stamp.
+"""The devices: one file per element, with its parameters, effects, characteristic and stamp.
 
 An element's file is loaded when the first element of its kind is read.
 """

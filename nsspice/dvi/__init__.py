@@ -1,8 +1,11 @@
 """Differential variational inequalities and their relatives, written as equations.
 
-Expressions of unknowns, states, multipliers and the time are compiled by the netlist's own
-compiler: derivatives are exact, and the compiled engines of the circuits solve the problems.
-``docs/dvi.md`` is the introduction, ``docs/gallery`` shows an example of each kind.
+Expressions of unknowns, states, multipliers and time are compiled by the same compiler as in
+netlists: derivatives are exact, and the compiled circuit engines solve the problems.
+``docs/how-to/equations.md`` is the introduction, ``docs/gallery/dvi`` has an example of each kind.
+
+Read ``variables`` and ``conditions`` (what a model consists of), ``assembly`` (from equations to
+arrays), then ``dvi`` and ``vi``.  Imports ``analyses`` and everything below it.
 
 Examples
 --------

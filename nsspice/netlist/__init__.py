@@ -1,7 +1,9 @@
 """The netlist front end: SPICE text to an expanded deck.
 
-``parse_text`` and ``parse_file`` return a ``Deck``; everything wrong with a netlist is raised at
-once, as one ``NetlistError``.  The dialect is described in ``docs/reference/netlist.md``.
+``parse_text`` and ``parse_file`` return a ``Deck``; everything wrong with a netlist is raised
+together, as one ``NetlistError``.  ``docs/reference/netlist.md`` describes the dialect; read
+``parsing`` first, then the rooms in the order ``text``, ``expressions``, ``elements``,
+``expansion``, ``cards``.  Imports no other folder.
 
 Examples
 --------

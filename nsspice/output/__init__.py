@@ -1,4 +1,8 @@
-"""Waveforms as files and pictures, results as text and JSON."""
+"""Waveforms as files and pictures, results as text and JSON.
+
+Read ``csv`` and ``files`` (how files are written), ``plot`` (pictures), ``summary`` (what a run
+prints), ``report`` (the HTML page).  Imports ``analyses`` and everything below it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The mathematical problems nsspice solves, usable for any non-smooth system, not only circuits."""
+"""The mathematical problems nsspice solves, usable for any non-smooth system, not only circuits.
+
+Read ``descriptor`` (the form of every circuit), ``tape`` (smooth functions), ``verdict`` (what can
+be proved), then ``matrices`` and ``theorems``.  Imports no other folder.
+"""
 
 from __future__ import annotations
 

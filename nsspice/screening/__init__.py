@@ -1,4 +1,4 @@
-"""Which effect matters, and what it costs: a deck is run with each of its effects left out."""
+"""Which effects matter, and what they cost: a deck is run without each of its effects."""
 
 from __future__ import annotations
 

@@ -26,7 +26,9 @@ _FORMULA = re.compile(
 )
 
 
-#: references of docstrings, which other tools make links of
+#: links to files of the repository, which the site does not contain
+_SOURCE = re.compile(r"\[(`[^`]+`)\]\((?:\.\./)+(?:nsspice|tests|tools|netlists)/[^)]*\)")
+#: references of docstrings, which other tools turn into links
 _ROLE = re.compile(r":(?:func|meth|class|mod):(?=<code)")
 
 
@@ -45,7 +47,8 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, config: Any, **_: Any) -> str:
-    """Put in the netlists that pages on equations name."""
+    """Put in the netlists that pages on equations name; links to source files become their names."""
+    markdown = _SOURCE.sub(r"\1", markdown)
     return equations.with_decks(markdown, Path(config.config_file_path).parent)
 
 

@@ -1,4 +1,4 @@
-"""What accuracy costs: a deck by every method over a ladder of steps or tolerances."""
+"""What accuracy costs: a deck with every method over a series of steps or tolerances."""
 
 from __future__ import annotations
 

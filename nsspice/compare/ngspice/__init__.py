@@ -1,7 +1,7 @@
 """Cross-checks with ngspice, another simulator, on the same circuit.
 
-ngspice knows smooth laws only: an ideal diode or switch is replaced by a sharp smooth one, and
-every replacement is listed.  ngspice is optional; it runs in a process of its own.
+ngspice supports only smooth laws: an ideal diode or switch is replaced by a sharp smooth one, and
+every replacement is listed.  ngspice is optional; it runs in a separate process.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-//! Compiled core of nsspice: complementarity solvers and time stepping.
+//! Compiled core of nsspice: complementarity problems, exact segments and implicit steps of circuits given as arrays.
+//!
+//! Read in this order: [`descriptor`] and [`switch`] (what is solved), [`mlcp`] (one complementarity problem),
+//! [`modewise`] (the exact engine), [`integrate`] (steps), [`audit`] (the check of both).  Imports point one way:
+//! [`dense`] and [`sparse`], [`tape`] and [`waveform`] know nothing of circuits; [`structure`] and [`mlcp`] come next,
+//! then [`newton`] and [`instant`], then the engines; [`steady`] uses the exact engine, `python` uses everything.
 #![warn(missing_docs)]
 
 pub mod audit;

@@ -1,5 +1,5 @@
-"""Energies of switchings and the way of their heat, as model cards give them.
+"""Switching energies and thermal networks, as given on model cards.
 
 ``energy_table`` interpolates vendors' tables, ``thermal_network`` is Foster's or Cauer's form.
-Imports the base of the devices alone.
+Imports only the base of the devices.
 """

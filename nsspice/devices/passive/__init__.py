@@ -1,5 +1,5 @@
 """Resistors, capacitors, inductors and coupled inductors.
 
-``passive`` holds what the three share.  A value that is an expression is handed to
+``passive`` holds what the three share.  Values that are expressions go to
 ``devices.expressions``.  Imports ``expressions`` and the base of the devices.
 """

@@ -2,5 +2,5 @@
 
 Read ``lines`` (continuations and comments), ``files`` (``.include``, ``.lib``), then ``statement``
 (one line as words, calls and ``key=value`` pairs; ``shapes`` and ``grammar`` parse each sequence of
-token kinds once).  Imports the findings of the netlist alone.
+token kinds once).  Imports only the findings of the netlist.
 """

@@ -1,15 +1,17 @@
 //! The laws of a circuit, checked at points of a run by code that shares nothing with its solvers.
 //!
-//! Any engine hands over numbers: unknowns, multipliers, sources and the rates that its scheme gives.
-//! Checked are
+//! Every engine passes numbers: unknowns, multipliers, sources and the rates of its scheme.  The checks are
 //!
 //! ```text
 //! rate of E z (and of stored functions) + G z + A lambda + F f = S u,   w = q - B z + D lambda,
 //! 0 <= lambda  perp  w >= 0,   and the balance of the energy
 //! ```
 //!
-//! element by element ([`flows`], [`form`]), each relative to the currents and voltages that meet in it, or to those
-//! whose rounding it has ([`rounding`]).  No factor, map, scaling or residual of a solver takes part.
+//! element by element ([`flows`], [`form`]), each relative to the currents and voltages in it, or to those whose
+//! rounding it carries ([`rounding`]).  No factor, map, scaling or residual of a solver is used.
+//!
+//! Read `form` (the equations as sums over elements), `laws` and `judge` (residuals and bounds), `sums` (energies),
+//! then `gates` and `jumps`.  Imports: `descriptor`, `structure`, waveforms and tapes; no engine.
 
 mod arrays;
 mod branches;

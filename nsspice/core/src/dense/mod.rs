@@ -1,5 +1,9 @@
-//! Dense factorisations for small systems, the least-norm solution of singular ones, and
-//! eigenvectors.
+//! Dense linear algebra for small systems: LU, least-norm solutions of singular systems, eigenvectors, divided
+//! differences.
+//!
+//! Read `matrix` first, then `lu` and `least_norm`; `eigen`, `symmetric` and `rank_one` serve the exact engine,
+//! `echelon` works on small integers.  No circuits here: imports are bounds of rounding, pivot rules and the type of
+//! sparse matrices.
 
 mod complex;
 mod differences;

@@ -1,7 +1,9 @@
 //! Integration in time, step by step.
 //!
-//! [`implicit`] holds the implicit step (Moreau's time stepping) and what happens at instants at which something
-//! jumps or switches react; [`sdirk`] adds stages of higher order, error control and located events.
+//! Read [`implicit`] first: one implicit step (Moreau's time stepping), and what happens at instants at which
+//! something jumps or switches react.  [`sdirk`] builds on it: stages of higher order, error control and located
+//! events.  Imports: `mlcp`, `newton`, `instant`, `structure` and below; from `audit` only the records and energy
+//! sums that it fills.
 
 mod implicit;
 mod sdirk;

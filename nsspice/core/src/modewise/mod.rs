@@ -1,13 +1,15 @@
-//! The exact engine: between two switchings a network of linear elements and set-valued ones is a
-//! linear system, integrated in closed form; only the instants of switching are searched for.
+//! The exact engine: between two switching instants a network of linear and set-valued elements is a linear system,
+//! integrated in closed form; only the switching instants are searched for.
 //!
-//! A *mode* is a set of active pairs. Its equations are reduced to a minimal linear system in energy
-//! coordinates ([`network`], [`staircase`], [`mode`], turned by [`align`] where resistances differ by many
-//! digits); a segment is a sum of exponentials
-//! ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls of switches)
-//! are watched by bounds ([`root_bracketing`]), and the mode that follows is proved before it is entered
-//! ([`successor`], [`verify`]). Energies of segments are added up ([`energy_balance`]) by following each once more
-//! ([`segment_energies`]). Where nothing can be proved, implicit steps go on ([`implicit_steps`]).
+//! A *mode* is a set of active pairs. Its equations are reduced to a minimal linear system in energy coordinates
+//! ([`network`], [`staircase`], [`mode`], rotated by [`align`] where resistances differ by many digits); a segment
+//! is a sum of exponentials ([`trajectory`]); guards (multipliers of active pairs, slacks of the others, controls
+//! of switches) are bounded ([`root_bracketing`]), and the next mode is proved before it is entered ([`successor`],
+//! [`verify`]). The energies of all segments are summed ([`energy_balance`]) by following each once more
+//! ([`segment_energies`]). Where nothing can be proved, implicit steps continue ([`implicit_steps`]).
+//!
+//! Read `run` first, the loop over segments, then the files above in their order.  Imports: `dense`, `mlcp`, `instant`
+//! and below; from `integrate` only failures and jumps, from `audit` only the records and energy sums that it fills.
 
 mod accumulation;
 mod align;

@@ -18,6 +18,10 @@
 //! [`Newton::set_rate`] chooses `rate` (matrices of the last few rates are kept), [`Newton::solve`]
 //! solves one stage; the caller forms `rhs`, with [`Newton::stored`] for the charges
 //! `E z0 + Q f(z0)` of the old state.  [`Newton::values`] are the functions at the solution.
+//!
+//! Read `solve` (the iteration), `equations` and `residuals` (what it solves), `convergence`; `homotopy` and `driver`
+//! help where it fails, `path` and `euler_newton` follow solutions.  Imports: `tape`, `mlcp`, `structure` and below;
+//! no engine.
 
 mod advance;
 mod combined;

@@ -1,4 +1,8 @@
-//! Sparse matrices and their factorisation.
+//! Sparse matrices and their LU factorisation, with updates for a few changed columns and refactorisation on old
+//! pivots.
+//!
+//! Read `csc` (the matrix), `order` and `dissection` (fill-reducing orderings), `lu` and `factor` (left-looking,
+//! partial pivoting), then `refactor`.  No circuits here: imports are bounds of rounding, tolerances and pivot rules.
 
 mod csc;
 mod dissection;

@@ -1,5 +1,8 @@
-//! The network as a graph: what follows from which elements meet where, and coordinates that serve for any
-//! values.
+//! The network as a graph: what follows from how elements are connected, and coordinates that suit any element values.
+//!
+//! Read `elements` (branches read back from the matrices), `basis` (spanning forest, loops and cut-sets as integers),
+//! `hybrid` (equations in tree voltages and link currents); `coordinates` converts between tree and node voltages.
+//! Imports: `descriptor`, dense and sparse algebra; nothing that steps in time.
 
 mod basis;
 mod breakpoints;

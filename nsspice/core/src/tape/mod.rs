@@ -4,6 +4,9 @@
 //! derivatives, found once; [`Tape`] holds the numbers.  Derivatives run forward beside the values
 //! (Griewank and Walther, *Evaluating Derivatives*, SIAM 2008, ch. 3 and 7), each register with
 //! one slot for every variable it depends on, so that an evaluation allocates nothing.
+//!
+//! Read `program`, `evaluate` and `ops`; `group`, `lanes` and `block` evaluate several elements of one kind together.
+//! Imports: nothing of circuits.
 
 mod block;
 mod curves;

@@ -1,6 +1,8 @@
 //! Source values as functions of time, with both limits at ideal edges and the list of breakpoints.
 //!
-//! Values are computed from absolute time (never integrated), so that nothing drifts.
+//! Values are computed from absolute time (never integrated), so that nothing drifts.  Read this file, then
+//! `piecewise` (PULSE, PWL), `smooth` (SIN, EXP, SFFM, AM) and `polynomial` (signals passed on by another block).
+//! Imports: bounds of rounding only.
 
 mod piecewise;
 mod polynomial;

@@ -9,10 +9,10 @@
 //! while constraints and multipliers hold at the new time (Acary & Brogliato, *Numerical Methods
 //! for Nonsmooth Dynamical Systems*, 2008, ch. 9).
 //!
-//! A [`State`](state::State) is plain data.  The [`Solver`](solver::Solver) finds the end of one step from it; what
-//! finds [state jumps](instants::state_jumps) sees both, and so does what decides about [gates](events::gates); the
-//! [`Recorder`](recorder::Recorder) writes rows and records.  The [`Stepper`](stepper::Stepper) puts them together and
-//! visits the instants of its plan.
+//! A [`State`](state::State) is plain data.  The [`Solver`](solver::Solver) finds the end of one step from it;
+//! [state jumps](instants::state_jumps) and [gates](events::gates) see both; the [`Recorder`](recorder::Recorder)
+//! writes rows and records.  The [`Stepper`](stepper::Stepper) combines them and visits the instants of its plan:
+//! read it first.  Imports: as [`super`].
 
 pub(super) mod affine_map;
 pub(super) mod cached_step;

@@ -1,13 +1,12 @@
 //! Singly diagonally implicit Runge-Kutta methods with error control and located events.
 //!
-//! Between two events the mode (which pairs conduct) is fixed, and a step is a few implicit stages
-//! with one matrix `E/(gamma h) + G`.  The guards - multipliers of conducting pairs, slacks of the
-//! others, distances of switches to their thresholds - are watched at the stages, at the output rows
-//! and between them; where one becomes negative, each stage takes the mode that its laws ask for if the
-//! error stays small, else the step is cut by its continuous solution at the root, and the
-//! complementarity problem of a short implicit step finds the next mode.  Step lengths are taken from
-//! a sequence of powers of two, so that matrices are seldom factorised; a step that would end beyond a
-//! breakpoint of a source is cut there.
+//! Between two events the mode (which pairs conduct) is fixed, and a step is a few implicit stages with one matrix
+//! `E/(gamma h) + G`.  The guards - multipliers of conducting pairs, slacks of the others, distances of switches to
+//! their thresholds - are watched at the stages, at the output rows and between them; where one becomes negative,
+//! each stage uses the mode that its laws require if the error stays small, otherwise the step is cut at the root
+//! on its continuous solution, and the complementarity problem of a short implicit step finds the next mode.  Step
+//! sizes are powers of two of the longest one, so that matrices are seldom factorised; a step that would end beyond
+//! a breakpoint of a source is cut there.
 //!
 //! Where modes change so fast that nothing can be located (accumulations), single implicit steps with
 //! complementarity step across it; switches that chatter are sampled.
@@ -15,6 +14,9 @@
 //! References: R. Alexander, SIAM J. Numer. Anal. 14 (1977) 1006; E. Hairer, G. Wanner, *Solving
 //! Ordinary Differential Equations II* (1996), sections IV.6 and VII; C. A. Kennedy, M. H. Carpenter,
 //! Appl. Numer. Math. 146 (2019) 221.
+//!
+//! Read `run` (the loop), `step` (the stages), `controller`, `events`, `dense_output`.  Imports: [`super::implicit`],
+//! whose state, solver and jumps it uses, and what that imports.
 
 mod combine;
 mod controller;

@@ -1,4 +1,7 @@
-//! Gates of switches, and impacts inside a step.
+//! Switches and impacts during implicit steps.
+//!
+//! Read `gates` (which switches change at the present state), then `gate_search` (other switch states if these have no
+//! solution) and `impacts` (a gap closes at speed).  Imports: the other parts of the implicit step.
 
 pub(in crate::integrate) mod gate_search;
 pub(in crate::integrate) mod gates;

@@ -1,4 +1,8 @@
-//! Errors of steps and the lengths that follow from them; the stage equations of each length.
+//! Error estimates and the step sizes that follow from them; the stage equations of each size.
+//!
+//! Read `estimate` (the embedded formula), `errors` (norms and tolerances; `energies` for `accuracy=energy`), then
+//! `step_matrices` and `stage_equations` (matrices kept for each size and mode).  Imports: the implicit step and its
+//! matrices.
 
 pub(in crate::integrate::sdirk) mod energies;
 pub(in crate::integrate::sdirk) mod errors;
