@@ -163,7 +163,7 @@ def minimise(problem: VI, start: dict[str, float]) -> Point:
     z, lam, _ = static.solve(minimum, 0.0)
     found = static.point(z, lam, 0.0)
     values = {**found.values, **minimum}
-    return Point(values, found.multipliers, found.residual, found.regularity)
+    return Point(values, found.multipliers, found.residual, found.judge)
 
 
 #: kinks of one coordinate: where, and by how much the slope rises from ``low`` to ``high``

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Point:
     """A solution of a static problem.
 
@@ -30,8 +31,8 @@ class Point:
         Of the constraints of K: ``q[0].low``, ``q[0].face2``.
     residual : float
         Relative residual of equations, signs and products.
-    regularity : Regularity or None
-        Strong metric regularity at the solution, with its modulus; None where it was not judged.
+    judge : callable or None
+        What finds ``regularity``; None where it is not judged.
 
     Examples
     --------
@@ -45,7 +46,15 @@ class Point:
     values: Mapping[str, float]
     multipliers: Mapping[str, float]
     residual: float
-    regularity: Regularity | None = None
+    judge: Callable[[], Regularity] | None = None
+
+    @cached_property
+    def regularity(self) -> Regularity | None:
+        """Strong metric regularity at the solution, with its modulus, judged when asked for.
+
+        It takes a decomposition of the whole Jacobian, which is most of the work of a large LCP.
+        """
+        return None if self.judge is None else self.judge()
 
     def __getitem__(self, key: Any) -> Any:
         """Return the value of a variable, of an expression, or of each of a vector of them."""

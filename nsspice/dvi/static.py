@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,12 @@ import numpy.typing as npt
 from .. import _core
 from ..errors import NumericalError
 from ..problems.csc import Csc
-from ..problems.regularity import Regularity, strong_regularity
+from ..problems.piecewise import regular_at_kinks
+from ..problems.regularity import CLAIM, Regularity, strong_regularity
 from ..problems.tape import TapeBuilder
+from ..problems.verdict import Verdict
 from ..solvers.compiled import core_matrix, core_tape
+from ..solvers.kinks import limits
 from ..solvers.moreau import function_slopes, function_values
 from .assembly import Assembly
 from .errors import unsolved, wrong
@@ -29,6 +33,8 @@ _STARTS = 64
 _SAME = 1e-7
 #: of a linear system, per unit of its largest solution: n u for n = 64
 _ZERO = 64.0 * 2.0**-53
+#: a solution within this part of its largest entry is at a kink: what Newton's method leaves open
+_AT_KINK = 1e-9
 #: relative residual of a solution: a thousand times what rounding leaves of well scaled terms
 _SOLVED = 1e-9
 
@@ -153,7 +159,18 @@ class Static:
 
     def regularity(self, z: Floats, lam: Floats, time: float) -> Regularity:
         """Return the verdict on strong metric regularity at a solution."""
-        return strong_regularity(self.system, self.jacobian(z, time), z, lam)
+        system = self.system
+        if system.smooth is not None:
+            near = np.full(z.shape, _AT_KINK * float(np.max(np.abs(z), initial=0.0)))
+            around = limits(system.smooth.tape, z, np.zeros(0), time, near)
+            if around.jumps or not around.complete:
+                text = "a function jumps there" if around.jumps else "too many kinks meet there"
+                return Regularity(Verdict.undecided(CLAIM, text), np.inf)
+            if len(around.directions):
+                # those of signs, copies and slacks say what these are, and have no data
+                own = [not n.startswith("sgn(") and "#" not in n for n in self.assembly.rows]
+                return regular_at_kinks(system, around.kinks, z, lam, rows=np.array(own))
+        return strong_regularity(system, self.jacobian(z, time), z, lam)
 
     def residual(self, z: Floats, lam: Floats, time: float) -> float:
         """Return how well equations, signs and products hold, relative to their terms."""
@@ -178,7 +195,7 @@ class Static:
             worst = max(worst, float(np.max(np.abs(both))))
         return worst
 
-    def point(self, z: Floats, lam: Floats, time: float, judged: bool = True) -> Point:
+    def point(self, z: Floats, lam: Floats, time: float) -> Point:
         """Return a solution by names."""
         values, multipliers = {}, {}
         for name, place in self.assembly.places.items():
@@ -190,8 +207,8 @@ class Static:
         values["time"] = time
         for k, name in enumerate(self.assembly.pairs):
             multipliers[name] = float(lam[k])
-        found = self.regularity(z, lam, time) if judged else None
-        return Point(values, multipliers, self.residual(z, lam, time), found)
+        judge = partial(self.regularity, z, lam, time)
+        return Point(values, multipliers, self.residual(z, lam, time), judge)
 
     def all_linear(self, time: float) -> list[tuple[Floats, Floats]]:
         """Return every isolated solution of a linear problem, mode by mode.

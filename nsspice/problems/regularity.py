@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -98,13 +97,10 @@ def strong_regularity(
     lam: Floats,
     roles: npt.NDArray[np.uint8] | None = None,
     scale: float = 1e-9,
-    sides: Sequence[int] | None = None,
 ) -> Regularity:
     """Judge a solution of a static system, or the worst of k solutions.
 
-    At a kink of a function the Jacobian has several limits; regular are those solutions for which
-    all that lies between them is, one orientation throughout (T. Roubal, R. Cibulka 2017, theorem
-    2.4).  Each limit is then a row of its own, with the same z and lam.
+    At a kink of a function :mod:`nsspice.problems.piecewise` judges.
 
     Parameters
     ----------
@@ -116,8 +112,6 @@ def strong_regularity(
         0 complementary pair (default), 1 closed switch, 2 open switch.
     scale : float
         Multipliers and slacks below this part of the largest are zero.
-    sides : sequence of int, optional
-        Number of the solution that each row belongs to, if some stand in several rows.
 
     Examples
     --------
@@ -145,9 +139,7 @@ def strong_regularity(
             slopes = jacobian.reshape(len(z), -1, n)[points]
             full = np.repeat(full, len(points), axis=0)
             full[:, :n, :n] += system.smooth.F.dense() @ slopes
-        owners = [points[0]] if len(full) == 1 else points
-        same = [k if sides is None else sides[k] for k in owners]
-        found = _in_mode(full, n, on[points[0]], off[points[0]], same)
+        found = _in_mode(full, n, on[points[0]], off[points[0]])
         if worst is None or found.badness > worst.badness:
             worst = found
     assert worst is not None  # there is a point, hence a mode
@@ -159,12 +151,8 @@ def _in_mode(
     n: int,
     on: npt.NDArray[np.bool_],
     off: npt.NDArray[np.bool_],
-    same: Sequence[int],
 ) -> Regularity:
-    """Judge linearised systems, shape (k, n + m, n + m), in which the same pairs conduct.
-
-    Those that belong to one solution must have one orientation.
-    """
+    """Judge linearised systems, shape (k, n + m, n + m), in which the same pairs conduct."""
     between = np.flatnonzero(~on & ~off)
     kept, others = np.concatenate([np.arange(n), n + np.flatnonzero(on)]), n + between
     free = "the linearised laws leave something free"
@@ -173,13 +161,6 @@ def _in_mode(
     inverse = inverses(inner_part)
     if inverse is None:
         return singular
-    if len(set(same)) < len(same):
-        orientations: dict[int, set[float]] = {}
-        for owner, sign in zip(same, np.linalg.slogdet(inner_part)[0].tolist(), strict=True):
-            orientations.setdefault(owner, set()).add(sign)
-        if any(len(signs) > 1 for signs in orientations.values()):
-            text = "the orientation changes at a kink"
-            return replace(singular, verdict=Verdict.no(CLAIM, text))
     if len(others):
         columns, rows = full[:, kept[:, None], others], full[:, others[:, None], kept]
         for block in full[:, others[:, None], others] - rows @ inverse @ columns:

@@ -10,11 +10,13 @@ For each side the instruction is replaced by the one that it is there: ``abs(x)`
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..problems.csc import Floats
+from ..problems.piecewise import Kinks
+from ..problems.slopes import shapes
 from ..problems.tape import CODES, OPS, Tape
 from .moreau import function_slopes, function_values
 
@@ -41,11 +43,25 @@ class Limits:
         Functions that have no one limit of their values there.
     complete : bool
         False if there were too many kinks to combine their sides.
+    directions : ndarray, shape (kinks, n)
+        Along which each kink goes from its lower to its upper side; the sides of the last one
+        stand next to each other in ``jacobians``.
+    sure : bool
+        The signs of these directions are combined in the same ways as the sides are near the
+        point: no kink inside another one, and where directions depend on each other they are those
+        of linear functions.
     """
 
     jacobians: Floats
     jumps: tuple[int, ...] = ()
     complete: bool = True
+    directions: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    sure: bool = True
+
+    @property
+    def kinks(self) -> Kinks:
+        """What decides on regularity there."""
+        return Kinks(self.jacobians, self.directions, self.sure)
 
 
 def limits(tape: Tape, z: Floats, u: Floats, t: float, near: Floats) -> Limits:
@@ -84,7 +100,39 @@ def limits(tape: Tape, z: Floats, u: Floats, t: float, near: Floats) -> Limits:
     reach = np.abs(jacobians).max(axis=0) @ near
     rounding = tape.ops.size * 2.0**-53 * np.abs(values).max(axis=0)
     apart = values.max(axis=0) - values.min(axis=0) > 4.0 * reach + rounding
-    return Limits(jacobians, tuple(int(k) for k in np.flatnonzero(apart)))
+    jumps = tuple(int(k) for k in np.flatnonzero(apart))
+    directions = np.array([kink.direction for kink in kinks])
+    return Limits(jacobians, jumps, directions=directions, sure=_sure(tape, kinks))
+
+
+def _sure(tape: Tape, kinks: list[_Kink]) -> bool:
+    """Return whether the combinations of sides are those of the directions, see `Limits`."""
+    places = [(place[0], kink) for kink in kinks for place in kink.places]
+    registers = {r for r, _ in places}
+    inputs = [a for r in registers for a in tape.args[r].tolist()[: _count(tape, r)]]
+    if registers & _below(tape, inputs):
+        return False
+    directions = np.array([kink.direction for kink in kinks])
+    apart = np.linalg.matrix_rank(directions, tol=_PARALLEL) == len(kinks)
+    same: dict[bytes, set[tuple[int, ...]]] = {kink.direction.tobytes(): set() for kink in kinks}
+    for r, kink in places:
+        same[kink.direction.tobytes()].add(tuple(tape.args[r].tolist()[: _count(tape, r)]))
+    if apart and all(len(arguments) == 1 for arguments in same.values()):
+        return True
+    probe = replace(tape, outputs=np.array(inputs, dtype=np.int32))
+    return all(shape is not None and not shape.ridges for shape in shapes(probe)[0])
+
+
+def _below(tape: Tape, registers: list[int]) -> set[int]:
+    """Return the registers that some are computed from, themselves among them."""
+    found: set[int] = set()
+    waiting = list(registers)
+    while waiting:
+        r = waiting.pop()
+        if r not in found:
+            found.add(r)
+            waiting += tape.args[r].tolist()[: _count(tape, r)]
+    return found
 
 
 @dataclass(frozen=True, slots=True)

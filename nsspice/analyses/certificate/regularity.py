@@ -17,6 +17,7 @@ from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
 from ...problems.isolation import isolated
 from ...problems.passivity import passive
+from ...problems.piecewise import regular_at_kinks
 from ...problems.regularity import Regularity, index_sets, strong_regularity
 from ...problems.tape import Tape
 from ...problems.verdict import Verdict
@@ -179,10 +180,17 @@ class Judge:
                 if not side.complete:
                     text = "too many kinks meet at the solution"
                 return Regularity(Verdict.undecided("strongly regular", text), float("inf"))
-        owners = [k for k, side in enumerate(sides) for _ in side.jacobians]
-        slopes = np.concatenate([side.jacobians for side in sides])
-        kept = None if roles is None else roles[owners]
-        return strong_regularity(self.system, slopes, z[owners], lam[owners], kept, sides=owners)
+        found = []
+        smooth = [k for k, side in enumerate(sides) if not len(side.directions)]
+        if smooth:
+            slopes = np.concatenate([sides[k].jacobians for k in smooth])
+            kept = None if roles is None else roles[smooth]
+            found.append(strong_regularity(self.system, slopes, z[smooth], lam[smooth], kept))
+        for k, side in enumerate(sides):
+            if len(side.directions):
+                kept = None if roles is None else roles[k]
+                found.append(regular_at_kinks(self.system, side.kinks, z[k], lam[k], kept))
+        return max(found, key=lambda one: one.badness)
 
     def _near(self, z: Floats) -> Floats:
         """Return within which distances voltages and currents count as the same."""
