@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -42,3 +43,21 @@ def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
         return value
 
     return load
+
+
+@cache
+def resolve(place: str) -> Any:
+    """Return what stands at a place of this package, imported when it is first asked for.
+
+    Parameters
+    ----------
+    place : str
+        ``.module:name`` relative to the package, or ``module:name``.
+
+    Examples
+    --------
+    >>> resolve(".devices.effect:Effect").__name__
+    'Effect'
+    """
+    module, _, name = place.partition(":")
+    return getattr(import_module(module, __package__), name)

@@ -11,8 +11,11 @@ from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
 
-from ..devices import Coupling, CurrentControlled, CurrentSwitch, Device
+from ..devices.device import Device
 from ..devices.expressions.block_input import BlockInput, Sensed
+from ..devices.passive.coupling import Coupling
+from ..devices.sources.controlled import CurrentControlled
+from ..devices.switches.switch import CurrentSwitch
 from ..problems.descriptor import Handed
 from .build import nodes_of
 from .circuit import Circuit, Island

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import Conditions, Context, Device, law_of
+from ..devices import law_of
+from ..devices.device import Context, Device
+from ..devices.stamper import Conditions
 from ..errors import NetlistError
 from ..netlist.deck import Deck, TranCard
 from ..netlist.findings import Findings

@@ -8,8 +8,8 @@ from numbers import Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..devices import Conditions, Device
-from ..devices.stamper import AnalysisKind
+from ..devices.device import Device
+from ..devices.stamper import AnalysisKind, Conditions
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
 from ..netlist.expressions.functions import ABSOLUTE_ZERO

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..devices import CurrentSource, Device
+from ..devices.device import Device
+from ..devices.sources.isource import CurrentSource
 from ..errors import Diagnostic
 from .loops import Graph
 from .source_sums import WaveSum

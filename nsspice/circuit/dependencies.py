@@ -11,7 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ..devices import Behavioural, Ccvs, Coupling, Device, Vcvs, VoltageSource
+from ..devices.device import Device
+from ..devices.expressions.behavioural import Behavioural
+from ..devices.passive.coupling import Coupling
+from ..devices.sources.controlled import Ccvs, Vcvs
+from ..devices.sources.vsource import VoltageSource
 from .build import circuit_of
 from .circuit import Circuit
 from .signals import owner, parse_signal

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ..devices import Device
+from ..devices.device import Device
 from ..errors import Diagnostic, RegularityError
 from ..problems.verdict import Verdict
 from .circuit import Circuit, Island

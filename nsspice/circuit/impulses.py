@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ..devices import Device, Edge
+from ..devices.device import Device, Edge
 from .mna import MnaSystem
 from .signals import owner, parse_signal
 from .union_find import UnionFind

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import Device
+from ..devices.device import Device
 from .union_find import UnionFind
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..devices import Conditions, Device
+from ..devices.device import Device
+from ..devices.stamper import Conditions
 from .mna import assemble
 
 #: Unknowns and pairs up to which kinks are pairs: larger islands take steps in any case.

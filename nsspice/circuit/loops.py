@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..devices import Device, Edge, Vcvs
+from ..devices.device import Device, Edge
+from ..devices.sources.controlled import Vcvs
 from ..errors import Diagnostic
 from .source_sums import WaveSum
 from .union_find import UnionFind

@@ -14,8 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..devices import Capacitor, Conditions, Coupling, Device, Inductor, Layout, Stamper
-from ..devices.stamper import Triplets
+from ..devices.device import Device
+from ..devices.passive.capacitor import Capacitor
+from ..devices.passive.coupling import Coupling
+from ..devices.passive.inductor import Inductor
+from ..devices.stamper import Conditions, Layout, Stamper, Triplets
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.elements import Elements

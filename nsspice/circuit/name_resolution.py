@@ -6,16 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ..devices import (
-    Carrier,
-    Cccs,
-    Coupling,
-    CurrentControlled,
-    CurrentSwitch,
-    Device,
-    Inductor,
-    Terminal,
-)
+from ..devices.carrier import Carrier, Terminal
+from ..devices.device import Device
+from ..devices.passive.coupling import Coupling
+from ..devices.passive.inductor import Inductor
+from ..devices.sources.controlled import Cccs, CurrentControlled
+from ..devices.switches.switch import CurrentSwitch
 from ..errors import suggest
 from ..netlist.findings import Findings
 from .signals import owner

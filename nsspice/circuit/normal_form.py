@@ -19,7 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..devices import Capacitor, Inductor
+from ..devices.passive.capacitor import Capacitor
+from ..devices.passive.inductor import Inductor
 from ..errors import Diagnostic, RegularityError
 from ..problems.csc import Csc, Floats, Ints
 from .mna import MnaSystem

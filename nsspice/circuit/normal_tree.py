@@ -15,8 +15,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..devices import Device, Layout
-from ..devices.device import EdgeKind
+from ..devices.device import Device, EdgeKind
+from ..devices.stamper import Layout
 from .independence import Basis, GraphBasis, LinearBasis
 from .mna import MnaSystem
 from .union_find import UnionFind

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import Enum
 
-from ..devices import Device
+from ..devices.device import Device
 
 
 class ProblemClass(Enum):

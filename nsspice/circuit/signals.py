@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from ..devices import Device
+from ..devices.device import Device
 from ..errors import Diagnostic, NetlistError, Span, suggest
 
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ..devices import Conditions, Device
+from ..devices.device import Device
+from ..devices.stamper import Conditions
 from .union_find import UnionFind
 
 #: whether engines solve in these coordinates, or in node voltages everywhere

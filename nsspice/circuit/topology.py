@@ -12,8 +12,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..devices import Conditions, CurrentSource, Device, VoltageSource
+from ..devices.device import Device
+from ..devices.sources.isource import CurrentSource
+from ..devices.sources.vsource import VoltageSource
 from ..devices.sources.waveform import initial_value
+from ..devices.stamper import Conditions
 from ..errors import Diagnostic, TopologyError, suggest
 from ..netlist.deck import DcCard, Deck, OpCard, TranCard
 from ..netlist.findings import Findings

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..devices import Coupling, Inductor
+from ..devices.passive.coupling import Coupling
+from ..devices.passive.inductor import Inductor
 from ..problems.csc import Floats
 from .mna import MnaSystem
 from .union_find import UnionFind

@@ -141,8 +141,8 @@ class Device(Carrier):
     terminals: tuple[str, ...] = ()
     #: shown among the default signals
     shows_current: bool = False
-    #: kinds of noise that ``noise`` yields: thermal, shot, flicker
-    NOISE: ClassVar[tuple[str, ...]] = ()
+    #: kinds of noise that ``noise`` yields: thermal, shot, flicker; each law says it, if only none
+    NOISE: ClassVar[tuple[str, ...]]
 
     __slots__ = ("controls", "effects", "ends", "letter", "name", "node_spans", "nodes", "span")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ..circuit import Circuit
-from ..devices import Device
+from ..devices.device import Device
 from ..devices.mosfets.smooth_mosfet import SmoothMosfet
 from ..netlist.deck import Element
 from .edits import SET_VALUED, Edit

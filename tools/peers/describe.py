@@ -8,9 +8,14 @@ from typing import Any
 import numpy as np
 
 from nsspice.circuit import Circuit
-from nsspice.devices import Capacitor, Coupling, Inductor, Resistor, VoltageSource, VoltageSwitch
 from nsspice.devices.diodes.diode import Diode
+from nsspice.devices.passive.capacitor import Capacitor
+from nsspice.devices.passive.coupling import Coupling
+from nsspice.devices.passive.inductor import Inductor
+from nsspice.devices.passive.resistor import Resistor
+from nsspice.devices.sources.vsource import VoltageSource
 from nsspice.devices.stamper import Conditions
+from nsspice.devices.switches.switch import VoltageSwitch
 from nsspice.problems.descriptor import DescriptorSystem, Waveform
 
 

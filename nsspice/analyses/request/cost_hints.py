@@ -13,7 +13,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from ...circuit import Circuit, Island, MnaSystem
-from ...devices import Device, Reading
+from ...devices.device import Device
+from ...devices.expressions.behavioural import Reading
 from ...devices.expressions.piecewise import obstacle
 from ...devices.signals import shown
 from ...netlist.deck import TranCard

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from ...circuit import Circuit
-from ...devices import CurrentSource, Device, VoltageSource
+from ...devices.device import Device
 from ...devices.passive.passive import Passive
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, Span, UsageError
 from .arguments import by_name, finite, name_of
 

@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...devices import Inductor
 from ...devices.expressions.block_input import BlockInput
 from ...devices.expressions.expression_nodes import complete
+from ...devices.passive.inductor import Inductor
 from ...devices.sources.waveform import initial_value
 from ...errors import Span
 from ...problems.descriptor import DescriptorSystem

@@ -12,8 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...devices import Capacitor, CurrentSource, Device, Inductor, Resistor, VoltageSource
+from ...devices.device import Device
 from ...devices.outputs import scaled
+from ...devices.passive.capacitor import Capacitor
+from ...devices.passive.inductor import Inductor
+from ...devices.passive.resistor import Resistor
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, NsspiceError, StepError, UsageError
 from ...netlist.deck import PssCard
 from ...problems.descriptor import Functional

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...devices import CurrentSource, VoltageSource
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
 from ...problems.csc import Csc
 from ...problems.descriptor import DescriptorSystem, Functional, Waveform
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...circuit import Circuit
-from ...devices import CurrentSource, VoltageSource
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import TfCard
 from ..request.row_sinks import Sink, hand_over

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from ...circuit import Circuit
-from ...devices import CurrentSource, VoltageSource
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, UsageError
 from ..results.loss_table import ElementPower, LossTable
 from .heat import heating

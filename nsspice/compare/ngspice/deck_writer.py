@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...devices import Conditions
+from ...devices.stamper import Conditions
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Model
 from .names import Names

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from ...devices import CurrentSwitch, SwitchLaw, VoltageSwitch
 from ...devices.diodes.diode_branch import CurveBody, JunctionBody, Leg
 from ...devices.diodes.leg_device import LegDevice
+from ...devices.switches.switch import CurrentSwitch, SwitchLaw, VoltageSwitch
+from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .expression import spice_expression
 
 
-def write_diode(writer: DeckWriter, diode: LegDevice) -> None:
+def write_branches(writer: DeckWriter, diode: LegDevice) -> None:
     """Write a diode of any law."""
     a, b = writer.ends(diode.name, diode.nodes)
     write_leg(writer, diode.name, diode.leg, a, b, getattr(diode, "ic", None))
@@ -124,7 +125,9 @@ def _sharp_junctions(writer: DeckWriter, name: str, body: CurveBody, a: str, b: 
     writer.substitute(name, law, used)
 
 
-def write_switch(writer: DeckWriter, switch: VoltageSwitch | CurrentSwitch) -> None:
+def write_switch(
+    writer: DeckWriter, element: Element, switch: VoltageSwitch | CurrentSwitch
+) -> None:
     """Write a switch; an ideal one gets a tiny and a huge resistance."""
     law = switch.law
     voltage = isinstance(switch, VoltageSwitch)

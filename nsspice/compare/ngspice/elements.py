@@ -4,30 +4,23 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from typing import Any
 
-from ...devices import (
-    Coupling,
-    CurrentSource,
-    CurrentSwitch,
-    Device,
-    Igbt,
-    Jfet,
-    Reading,
-    Thyristor,
-    VoltageSource,
-    VoltageSwitch,
-)
+from ...devices.device import Device
 from ...devices.diodes.leg_device import LegDevice
-from ...devices.expressions.behavioural import as_expression
+from ...devices.expressions.behavioural import Reading, as_expression
+from ...devices.passive.coupling import Coupling
 from ...devices.passive.passive import Passive
+from ...devices.sources.isource import CurrentSource
+from ...devices.sources.vsource import VoltageSource
+from ...devices.switches.thyristor import Thyristor
+from ...element_kinds import KINDS
+from ...lazy import resolve
 from ...netlist.deck import Element
 from ...netlist.expressions.expression import Expression
 from .deck_writer import DeckWriter, untranslatable
-from .diodes import write_diode, write_leg, write_switch
+from .diodes import write_branches, write_leg
 from .expression import spice_expression
-from .mosfets import write_igbt, write_jfet, write_mosfet
 from .thyristors import write_thyristor
 from .waveform import source_text
 
@@ -40,32 +33,10 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
     UsageError
         NS4014 if ngspice has nothing that could stand for it.
     """
-    if isinstance(device, LegDevice):
-        write_diode(writer, device)
-    elif isinstance(device, Thyristor):
-        write_thyristor(writer, device)
-    elif isinstance(device, VoltageSwitch | CurrentSwitch):
-        write_switch(writer, device)
-    elif isinstance(device, Coupling):
-        _coupling(writer, device)
-    elif isinstance(device, VoltageSource | CurrentSource):
-        _source(writer, device)
-    elif isinstance(element.value, Expression) or element.quantity in ("v", "i"):
-        _behavioural(writer, element, device)
-    elif isinstance(device, Passive):
-        _passive(writer, element, device)
-    elif element.letter == "m":
-        write_mosfet(writer, element, device)
-    elif isinstance(device, Jfet):
-        write_jfet(writer, element, device)
-    elif isinstance(device, Igbt):
-        write_igbt(writer, device)
-    elif element.letter == "q":
-        _transistor(writer, element, device)
-    elif element.letter in _VERBATIM:
-        _VERBATIM[element.letter](writer, element)
-    else:
+    place = KINDS[element.letter].translation
+    if not place:
         raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+    resolve(place)(writer, element, device)
 
 
 def is_voltage_source(element: Element, device: Device) -> bool:
@@ -75,7 +46,12 @@ def is_voltage_source(element: Element, device: Device) -> bool:
     )
 
 
-def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
+def write_passive(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write R, C or L."""
+    if _is_law(element):
+        write_behavioural(writer, element, device)
+        return
+    assert isinstance(device, Passive)
     letter, value = element.letter, device.at(writer.conditions)
     coefficients = ""
     rise = device.coefficients
@@ -101,7 +77,8 @@ def _passive(writer: DeckWriter, element: Element, device: Passive) -> None:
     writer.add(*words)
 
 
-def _coupling(writer: DeckWriter, device: Coupling) -> None:
+def write_coupling(writer: DeckWriter, element: Element, device: Coupling) -> None:
+    """Write the coupling of each two inductors."""
     pairs = list(itertools.combinations(device.inductors, 2))
     for k, (one, two) in enumerate(pairs):
         name = device.name if len(pairs) == 1 else f"{device.name}_{k + 1}"
@@ -109,7 +86,11 @@ def _coupling(writer: DeckWriter, device: Coupling) -> None:
         writer.add(writer.names.element("k", name), *coils, device.coefficient)
 
 
-def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
+def write_source(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write V or I."""
+    if not isinstance(device, VoltageSource | CurrentSource):
+        write_behavioural(writer, element, device)
+        return
     waveform, *end = device.waveforms(writer.conditions)
     if end:
         raise untranslatable(f"{device.name}: ngspice has no sine of a limited number of cycles")
@@ -126,7 +107,12 @@ def _source(writer: DeckWriter, device: VoltageSource | CurrentSource) -> None:
         writer.substitute(device.name, "ideal edge", f"ramp of {writer.edge:g} s")
 
 
-def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
+def _is_law(element: Element) -> bool:
+    """Return whether an expression of signals is the value."""
+    return isinstance(element.value, Expression) or element.quantity in ("v", "i")
+
+
+def write_behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write R, E, F, G, H and B with an expression of signals as a B source."""
     value = as_expression(element)
     if element.quantity == "flux" or (element.letter == "l" and not element.quantity):
@@ -157,8 +143,11 @@ def _behavioural(writer: DeckWriter, element: Element, device: Device) -> None:
         writer.substitute(element.name, f"nonlinear {element.letter.upper()}", "B source")
 
 
-def _controlled(writer: DeckWriter, element: Element) -> None:
-    """Write a linear E, F, G or H."""
+def write_controlled(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write E, F, G or H."""
+    if _is_law(element):
+        write_behavioural(writer, element, device)
+        return
     if not isinstance(element.value, int | float):
         raise untranslatable(f"{element.name} has no constant gain")
     gain = float(element.value)
@@ -172,7 +161,16 @@ def _controlled(writer: DeckWriter, element: Element) -> None:
     writer.add(name, *writer.ends(element.name, element.nodes), *controls, gain)
 
 
-def _transistor(writer: DeckWriter, element: Element, device: Device) -> None:
+def write_diode(writer: DeckWriter, element: Element, device: Device) -> None:
+    """Write D, a diode or a thyristor."""
+    if isinstance(device, Thyristor):
+        write_thyristor(writer, device)
+    else:
+        assert isinstance(device, LegDevice)
+        write_branches(writer, device)
+
+
+def write_transistor(writer: DeckWriter, element: Element, device: Device) -> None:
     """Write a transistor: SPICE's own, or two diodes and the currents that they carry along."""
     legs = getattr(device, "legs", None)
     count = 4 if "s" in device.terminals else 3
@@ -212,11 +210,3 @@ def _ebers_moll(writer: DeckWriter, device: Any, nodes: list[str]) -> None:
             writer.add(name, a, b, meter, share)
     kind = "NPN" if device.npn else "PNP"
     writer.substitute(device.name, f"Ebers-Moll {kind}", "two diodes and two F sources")
-
-
-_VERBATIM: dict[str, Callable[[DeckWriter, Element], None]] = {
-    "e": _controlled,
-    "f": _controlled,
-    "g": _controlled,
-    "h": _controlled,
-}

@@ -5,9 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...devices import Igbt, Jfet, Level1, MosfetSwitch, SwitchLaw, Vdmos
 from ...devices.diodes.diode_branch import Leg
+from ...devices.mosfets.level1 import Level1
+from ...devices.mosfets.mosfet_switch import MosfetSwitch
 from ...devices.mosfets.smooth_mosfet import SmoothMosfet
+from ...devices.mosfets.vdmos import Vdmos
+from ...devices.switches.switch import SwitchLaw
+from ...devices.transistors.igbt import Igbt
+from ...devices.transistors.jfet import Jfet
 from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import switch_model, write_leg
@@ -80,7 +85,7 @@ def _switch(writer: DeckWriter, device: MosfetSwitch) -> None:
     writer.substitute(name, "switching MOSFET", "switch with a body diode")
 
 
-def write_igbt(writer: DeckWriter, device: Igbt) -> None:
+def write_igbt(writer: DeckWriter, element: Element, device: Igbt) -> None:
     """Write a diode with the drop, a switch behind it, and the antiparallel diode."""
     name = device.name
     (c,) = writer.ends(name, device.ends[:1])

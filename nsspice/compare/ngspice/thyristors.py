@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ...devices import LatchingThyristor, Thyristor
 from ...devices.diodes.characteristic import Decomposition, PairLaw
 from ...devices.diodes.diode_branch import CurveBody, Leg
+from ...devices.switches.latching_thyristor import LatchingThyristor
+from ...devices.switches.thyristor import Thyristor
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import write_leg
 from .expression import spice_expression

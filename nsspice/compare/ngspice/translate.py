@@ -10,7 +10,7 @@ from ...analyses.request.cards import Dc, Op, Tran
 from ...analyses.signals.signal_names import canonical
 from ...circuit import Circuit, parse_signal, unknown_signal
 from ...circuit.build import default_conditions
-from ...devices import Conditions
+from ...devices.stamper import Conditions
 from ...netlist.deck import Element, Sweep
 from .deck_writer import DeckWriter, Substitute, untranslatable
 from .elements import is_voltage_source, write

@@ -133,6 +133,7 @@ class Diode(LegDevice):
         inert("mfg", "manufacturer"),
         inert("type", "kind of diode"),
     )
+    NOISE = ()
     __slots__ = ("law", "parts")
 
     def __init__(self, element: Element, law: DiodeLaw, leg: Leg, parts: Decomposition) -> None:
@@ -149,7 +150,7 @@ class Diode(LegDevice):
             if not check_model(element, ("d", "scr"), context, required=False):
                 return None
             if model.type == "scr":
-                from .. import Thyristor
+                from ..switches.thyristor import Thyristor
 
                 return Thyristor.read(element, context)
             if len(element.nodes) > 2:

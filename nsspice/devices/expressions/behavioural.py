@@ -48,6 +48,7 @@ class Reading(Device):
     """Base of the laws that are one expression."""
 
     late = True
+    NOISE = ()
     __slots__ = (
         "coefficients", "expression", "form", "inner", "law", "pieces", "plain", "smooth",
         "sources",

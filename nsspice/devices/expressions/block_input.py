@@ -32,6 +32,7 @@ class BlockInput(Device):
     """
 
     KIND = "input of a block"
+    NOISE = ()
     __slots__ = ("handed", "signal")
 
     def __init__(self, signal: str, handed: Handed, span: Span) -> None:

@@ -40,6 +40,7 @@ class Layered(Device):
 
     late = True
     stores_energy = True
+    NOISE = ()
     __slots__ = ("curve", "ic", "inner", "m", "origin", "whole")
 
     def __init__(

@@ -46,6 +46,7 @@ class Stored(Device):
     )
     WHAT = ""
     LAYERS: ClassVar[type[Layered]]
+    NOISE = ()
     __slots__ = ("expression", "ic", "layers", "m", "sources")
 
     def __init__(

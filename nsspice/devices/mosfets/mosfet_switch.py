@@ -61,6 +61,7 @@ class MosfetSwitch(Mosfet):
         inert("level", "model level"),
         *RATINGS,
     )
+    NOISE = ()
     __slots__ = ("late", "law", "legs", "smooth", "sources", "stores_energy")
 
     def __init__(

@@ -29,6 +29,7 @@ class Capacitor(Passive):
     MODEL = Table(*CARD, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("c", "cap")
     stores_energy = True
+    NOISE = ()
     __slots__ = ("late",)
 
     def __init__(self, element: Element, value: float, given: dict[str, float]) -> None:

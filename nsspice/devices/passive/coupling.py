@@ -28,6 +28,7 @@ class Coupling(Device):
     KIND = "coupling"
     INSTANCE = Table()
     late = True
+    NOISE = ()
     __slots__ = ("coefficient", "inductors")
 
     def __init__(self, element: Element, coefficient: float) -> None:

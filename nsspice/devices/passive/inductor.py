@@ -31,6 +31,7 @@ class Inductor(Passive):
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("l", "ind")
     stores_energy = True
     shows_current = True
+    NOISE = ()
     __slots__ = ()
 
     @classmethod

@@ -41,6 +41,7 @@ class Controlled(Device):
     KIND = "controlled source"
     UNIT = ""
     INSTANCE = _VOLTAGE
+    NOISE = ()
     __slots__ = ("gain",)
 
     def __init__(self, element: Element, gain: float) -> None:

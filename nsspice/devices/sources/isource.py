@@ -25,6 +25,7 @@ class CurrentSource(Device):
 
     KIND = "current source"
     INSTANCE = Table(Parameter("m", "number of equal sources in parallel", "", 1.0), *SOURCE_SHARED)
+    NOISE = ()
     __slots__ = ("m", "source")
 
     def __init__(self, element: Element, source: Source, m: float) -> None:

@@ -29,6 +29,7 @@ class VoltageSource(Device):
     KIND = "voltage source"
     INSTANCE = Table(inert("m", "number of equal sources in parallel"), *SOURCE_SHARED)
     shows_current = True
+    NOISE = ()
     __slots__ = ("source",)
 
     def __init__(self, element: Element, source: Source) -> None:

@@ -90,6 +90,7 @@ class _Switch(Device):
     FLAGS: ClassVar[tuple[str, ...]] = ("on", "off")
     INSTANCE = Table(Parameter("m", "number of equal switches in parallel", "", 1.0))
     shows_current = True
+    NOISE = ()
     __slots__ = ("law", "m", "starts_on")
 
     def __init__(self, element: Element, law: SwitchLaw, m: float) -> None:

@@ -54,6 +54,7 @@ class Thyristor(Device):
     shows_current = True
     smooth = True
     late = True
+    NOISE = ()
     __slots__ = ("card", "curve", "parallel", "sources")
 
     def __init__(

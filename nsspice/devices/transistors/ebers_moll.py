@@ -59,6 +59,7 @@ class EbersMoll(Transistor):
         inert("level", "model level"),
         *RATINGS,
     )
+    NOISE = ()
     __slots__ = ("alphai", "alphan", "late", "legs", "smooth", "sources", "stores_energy")
 
     def __init__(

@@ -63,6 +63,7 @@ class Igbt(Device):
     )
     terminals: tuple[str, ...] = ("c", "g", "e")
     shows_current = True
+    NOISE = ()
     __slots__ = ("drop", "given", "late", "leg", "n", "parallel", "smooth", "sources",
                  "stores_energy")  # fmt: skip
 

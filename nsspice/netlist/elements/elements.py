@@ -3,38 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
+from ...element_kinds import KINDS
+from ...lazy import resolve
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item, items
-from .controlled import behavioural, controlled, is_law
-from .passive import coupling, passive
 from .reading import Reader, flat
-from .semiconductors import current_switch, diode, igbt, jfet, mosfet, switch, transistor
-from .sources import source
 from .template import InstanceTemplate, Template
 from .terminals import GROUND
-
-_READERS: dict[str, Callable[[Reader, Line, list[Item]], Template]] = {
-    "c": passive,
-    "d": diode,
-    "e": controlled,
-    "f": controlled,
-    "g": controlled,
-    "h": controlled,
-    "i": source,
-    "j": jfet,
-    "k": coupling,
-    "l": passive,
-    "m": mosfet,
-    "q": transistor,
-    "r": passive,
-    "s": switch,
-    "v": source,
-    "w": current_switch,
-    "z": igbt,
-}
 
 #: the charge of a capacitor or the flux of an inductor as an expression
 _LAW = re.compile(r"[\s,)](q|flux)\s*=")
@@ -62,21 +39,27 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     text = line.text
     letter = text[0] if text[0] > " " else text.lstrip()[0]
     if letter == "b" or ("=" in text and _is_law(letter, line)):
-        return behavioural(reader, line)
-    read = _READERS.get(letter)
-    if read is None and letter != "x":
+        law: Template = resolve(KINDS["b"].reader)(reader, line)
+        return law
+    kind = KINDS.get(letter)
+    if kind is None and letter != "x":
         raise _unknown(line, letter)
     found = items(line)
     if found[0].kind != "word":
         where = line.span(found[0].start, found[0].end)
         hint = "a line starts with the name of an element, a blank, and its nodes"
         raise Unreadable("NS1009", "the name of an element is needed here", where, hint)
-    return read(reader, line, found) if read is not None else instance(reader, line, found)
+    if kind is None:
+        return instance(reader, line, found)
+    plain: Template = resolve(kind.reader)(reader, line, found)
+    return plain
 
 
 def _is_law(letter: str, line: Line) -> bool:
     """Return whether an R, C or L line gives its law as an expression."""
     if letter == "r":
+        from .controlled import is_law
+
         return is_law(line)
     return letter in "cl" and _LAW.search(line.text) is not None
 

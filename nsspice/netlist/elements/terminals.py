@@ -4,32 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from ...element_kinds import KINDS
 from ...errors import Span
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item
 from .reading import Reader, flat
 from .template import Formula, ParamText, Template, Value
-
-#: forms of element lines, for lines that end too early
-_FORMS = {
-    "r": "Rname n+ n- value",
-    "c": "Cname n+ n- value",
-    "l": "Lname n+ n- value",
-    "v": "Vname n+ n- value, or a waveform such as SIN(0 10 50)",
-    "i": "Iname n+ n- value, or a waveform such as SIN(0 10 50)",
-    "d": "Dname anode cathode, and its model unless it is ideal",
-    "q": "Qname collector base emitter model",
-    "j": "Jname drain gate source model",
-    "m": "Mname drain gate source body model",
-    "z": "Zname collector gate emitter model",
-    "s": "Sname n+ n- nc+ nc- model",
-    "w": "Wname n+ n- Vname model",
-    "e": "Ename n+ n- nc+ nc- gain, or Ename n+ n- VALUE={expression}",
-    "g": "Gname n+ n- nc+ nc- gain, or Gname n+ n- VALUE={expression}",
-    "f": "Fname n+ n- Vname gain",
-    "h": "Hname n+ n- Vname gain",
-}
 
 GROUND = {"gnd": "0", "0": "0", "gnd!": "0"}
 
@@ -64,8 +45,8 @@ class Terminals:
         chosen = self._items[self._at : self._at + count]
         if len(chosen) < count:
             message = f"{self.name}: {count} {what} are needed, {len(chosen)} given"
-            form = _FORMS.get(self.name[0], "")
-            raise Unreadable("NS1008", message, self.span, form and f"write {form}")
+            form = KINDS[self.name[0]].form
+            raise Unreadable("NS1008", message, self.span, f"write {form}")
         self._at += count
         line = self.line
         if not self._plain:

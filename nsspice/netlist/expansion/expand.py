@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ...element_kinds import KINDS
 from ...errors import Span, suggest
 from ..deck import Element, Source
 from ..elements.parasitics import taken_apart
@@ -141,7 +142,7 @@ class Expander:
             params,
             dict(item.flags),
             item.node_spans,
-            scope.named_models(item.params) if item.letter in "mqz" else {},
+            scope.named_models(item.params) if KINDS[item.letter].has_cards else {},
         )
         if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)

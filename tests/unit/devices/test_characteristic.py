@@ -1,6 +1,6 @@
 import pytest
 
-from nsspice.devices import Characteristic, diode_curve
+from nsspice.devices.diodes.characteristic import Characteristic, diode_curve
 
 
 def current(curve: Characteristic, v: float) -> float:

@@ -10,10 +10,10 @@ import pytest
 import nsspice
 from nsspice.circuit import build
 from nsspice.compare.ngspice import run as ngspice_run
-from nsspice.devices import Conditions
 from nsspice.devices.diodes.number_tape import NumberTape
 from nsspice.devices.mosfets.level1_law import Level1Law
 from nsspice.devices.mosfets.level1_thermal import at_temperature
+from nsspice.devices.stamper import Conditions
 from nsspice.errors import NetlistError
 from nsspice.netlist import parse_text
 

@@ -9,7 +9,7 @@ import pytest
 import nsspice
 from nsspice.circuit import build
 from nsspice.circuit.gate_drives import gate_drives
-from nsspice.devices import MosfetSwitch
+from nsspice.devices.mosfets.mosfet_switch import MosfetSwitch
 from nsspice.errors import NetlistError
 from nsspice.netlist import parse_text
 from nsspice.screening.candidates import candidates

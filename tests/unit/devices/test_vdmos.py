@@ -10,9 +10,9 @@ import pytest
 import nsspice
 from nsspice.circuit import build
 from nsspice.compare.ngspice import run as ngspice_run
-from nsspice.devices import Conditions
 from nsspice.devices.diodes.number_tape import NumberTape
 from nsspice.devices.mosfets.vdmos_law import VdmosLaw, at_temperature
+from nsspice.devices.stamper import Conditions
 from nsspice.errors import NetlistError
 from nsspice.netlist import parse_text
 
