@@ -53,6 +53,7 @@ __all__ = [
     "read",
     "run",
     "sens",
+    "sweep",
     "tran",
 ]
 
@@ -76,6 +77,7 @@ if TYPE_CHECKING:
     )
     from .output.overlay import plot
     from .screening import effects
+    from .sweeps import sweep
 
 _HOME = {
     "CertificateError": ".errors",
@@ -103,6 +105,7 @@ _HOME = {
     "read": ".analyses",
     "run": ".analyses",
     "sens": ".analyses",
+    "sweep": ".sweeps",
     "tran": ".analyses",
 }
 

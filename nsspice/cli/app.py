@@ -22,6 +22,7 @@ _COMMANDS = {
     "effects": "find out which effect matters, and what it costs",
     "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
+    "sweep": "run a netlist at many points and print one table",
     "tune": "find parameters for which measures have given values",
     "tolerance": "tell what tolerances of parameters do to measures",
     "compare": "compare a simulation with ngspice or a reference waveform",

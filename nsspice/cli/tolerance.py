@@ -23,7 +23,7 @@ from .source import circuit_of
 @json_option
 def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: bool) -> None:
     """Run NETLIST at the corners of its tolerances and at random values between them."""
-    from ..analyses.studies.variation import tolerance
+    from ..sweeps.tolerance import tolerance
 
     if runs < 0:
         raise UsageError(Diagnostic("NS4005", f"--runs cannot be {runs}", hint="give 0 or more"))

@@ -20,7 +20,7 @@ from .source import circuit_of
 @json_option
 def command(netlist: str, params: Sequence[str], goals: Sequence[str], as_json: bool) -> None:
     """Change the .param values of NETLIST within bounds until its measures are those wanted."""
-    from ..analyses.studies.variation import tune
+    from ..sweeps.tune import tune
 
     bounds = dict(_bounds(item) for item in params)
     found = tune(circuit_of(netlist, {}), bounds, read_params(goals))

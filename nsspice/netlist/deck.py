@@ -10,6 +10,7 @@ each start of the program.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal, NamedTuple
 
 from ..errors import Diagnostic, Span
@@ -352,6 +353,8 @@ class Deck:
         Parameter values that the caller gave in place of the deck's.
     confined : bool
         Whether files from outside of the deck's folder are refused.
+    included : tuple of Path
+        Files that ``.include`` and ``.lib`` cards have read.
     """
 
     title: str
@@ -373,3 +376,4 @@ class Deck:
     source: str = ""
     overrides: dict[str, float] = field(default_factory=dict)
     confined: bool = False
+    included: tuple[Path, ...] = ()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import gc
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
 
 from ..errors import Diagnostic, NetlistError, Span, suggest
@@ -19,12 +20,14 @@ from .expressions import expression_parser
 from .findings import Findings, Unreadable
 from .text import statement
 from .text.files import FileReader
-from .text.lines import physical_lines
+from .text.lines import logical_lines, physical_lines
 from .text.schematic import schematic_of
 from .text.script import ANALYSES, Script
 from .text.source import read_text
 from .text.structure import build
 
+#: where messages place lines that a caller has added to a deck
+_ADDED = "<added>"
 #: a title that is an element line was most likely meant as one
 _ELEMENT_LIKE = re.compile(
     r"\s*(?:[rlcvi]\w*\d\w*[\s,]+\S+[\s,]+\S+[\s,]+[-+{'.\d]|[rlcvi]\d*\s+\S+\s+0\s+[-+{'.\d])",
@@ -38,6 +41,7 @@ def parse_text(
     params: Mapping[str, float] | None = None,
     directory: Path | None = None,
     confined: bool = False,
+    added: Sequence[str] = (),
 ) -> Deck:
     r"""Read a netlist from a text.
 
@@ -53,6 +57,8 @@ def parse_text(
         Where ``.include`` looks; the current folder by default.
     confined : bool
         Whether files outside of that folder are refused.
+    added : sequence of str
+        Lines that are read after those of the deck, as if they stood in it.
 
     Returns
     -------
@@ -85,7 +91,7 @@ def parse_text(
       hint: write Rname node node value
     """
     with _no_collection():
-        return _parse(text, file, params or {}, directory or Path(), confined)
+        return _parse(text, file, params or {}, directory or Path(), confined, added)
 
 
 def parse_file(
@@ -149,7 +155,12 @@ def _no_collection() -> Iterator[None]:
 
 
 def _parse(
-    text: str, file: str, params: Mapping[str, float], directory: Path, confined: bool
+    text: str,
+    file: str,
+    params: Mapping[str, float],
+    directory: Path,
+    confined: bool,
+    added: Sequence[str],
 ) -> Deck:
     """Do the work of ``parse_text``."""
     findings = Findings()
@@ -165,7 +176,8 @@ def _parse(
         hint = "put a title line above it"
         findings.warning("NS1092", "the first line is the title and not simulated", place, hint)
     files = FileReader(findings, directory if confined else None)
-    block = build(files.main(rows, file, directory), findings)
+    lines = chain(files.main(rows, file, directory), logical_lines(list(added), _ADDED))
+    block = build(lines, findings)
     reader = Reader(findings)
     bodies = BodyReader(reader)
     body = bodies.read(block)
@@ -178,7 +190,7 @@ def _parse(
     expander.expand(scope, items)
     expander.check_controls()
     _evaluate_all(deck, scope, findings)
-    deck.elements = expander.elements
+    deck.elements, deck.included = expander.elements, files.included
     _read_scripts(files.scripts, expander, scope, findings)
     cards.read()
     _check_given(deck, scope, findings)

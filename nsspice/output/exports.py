@@ -39,7 +39,7 @@ def _npz(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
 
 def _parquet(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
     """Write a Parquet file (pyarrow): a column each, its unit in the metadata of the field."""
-    arrow, parquet = _library("pyarrow"), _library("pyarrow.parquet")
+    arrow, parquet = need_library("pyarrow"), need_library("pyarrow.parquet")
     names, rows = solution.table(columns)
     fields = [arrow.field(n, arrow.float64(), metadata={"unit": unit(n)}) for n in names]
     about = {"title": solution.title, "generator": _MARK}
@@ -50,7 +50,7 @@ def _parquet(solution: Solution, path: Path, columns: Sequence[str] | None) -> N
 
 def _hdf5(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
     """Write an HDF5 file (h5py): a data set for each column, its unit as an attribute."""
-    h5py = _library("h5py")
+    h5py = need_library("h5py")
     names, rows = solution.table(columns)
     with h5py.File(path, "w") as file:
         file.attrs.update(generator=_MARK, title=solution.title, **solution.parameters)
@@ -80,7 +80,7 @@ def check_export(path: Path) -> None:
     """
     found = _FORMATS.get(path.suffix.lower())
     if found is not None:
-        _library(found[1])
+        need_library(found[1])
 
 
 def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:
@@ -139,7 +139,7 @@ def _export(writer: _Writer, solution: Solution, path: Path, columns: Sequence[s
 
 def to_xarray(solution: Solution, columns: Sequence[str] | None = None) -> Any:
     """Return an ``xarray.Dataset``, as :meth:`Solution.to_xarray` does."""
-    xarray = _library("xarray")
+    xarray = need_library("xarray")
     axis = solution.axis_name or "point"
     names = list(solution.columns if columns is None else columns)
     data = {n: (axis, np.asarray(solution[n]), {"units": unit(n)}) for n in names}
@@ -148,7 +148,7 @@ def to_xarray(solution: Solution, columns: Sequence[str] | None = None) -> Any:
     return xarray.Dataset(data, coordinates, attributes)
 
 
-def _library(name: str) -> ModuleType:
+def need_library(name: str) -> ModuleType:
     """Return a package, or say which one is missing."""
     try:
         return importlib.import_module(name)

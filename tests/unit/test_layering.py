@@ -27,9 +27,10 @@ FOLDERS = {
     "output": "netlist problems circuit analyses _core",
     "compare": "netlist devices circuit problems solvers analyses output",
     "screening": "netlist devices circuit problems solvers analyses output",
+    "sweeps": "netlist devices circuit problems solvers analyses output",
     "pytest_plugin": "compare",
     "dvi": "netlist devices circuit problems solvers analyses _core",
-    "cli": "netlist devices circuit problems solvers analyses output compare screening",
+    "cli": "netlist devices circuit problems solvers analyses output compare screening sweeps",
 }
 
 #: the rooms of a folder: each imports those before it.  A file beside the rooms is one by its own

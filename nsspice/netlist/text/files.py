@@ -67,6 +67,11 @@ class FileReader:
         self._count = 0
         self._texts: dict[Path, list[str]] = {}
 
+    @property
+    def included(self) -> tuple[Path, ...]:
+        """The files read so far, links resolved."""
+        return tuple(self._texts)
+
     def main(self, rows: list[str], file: str, directory: Path) -> Iterator[Line]:
         """Yield the lines of the deck, from the line after the title on."""
         lines = logical_lines(rows[1:], file, 2)

@@ -9,8 +9,9 @@ import pytest
 from click.testing import CliRunner
 
 import nsspice
-from nsspice.analyses.studies.variation import tolerance, tune
 from nsspice.cli.app import app
+from nsspice.sweeps.tolerance import tolerance
+from nsspice.sweeps.tune import tune
 
 DIVIDER = """divider
 .param ra=1k rb=3k

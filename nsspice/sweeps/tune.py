@@ -1,4 +1,4 @@
-"""What spread of parameters does to measures, and which parameters give the measures wanted.
+"""Which parameters give the measures wanted.
 
 Runs of the exact engine have no error that a difference of two of them would show: their measures
 are smooth functions of the parameters up to rounding, which Gauss-Newton's method needs.
@@ -6,45 +6,16 @@ are smooth functions of the parameters up to rounding, which Gauss-Newton's meth
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...circuit import Circuit
-from ...errors import Diagnostic, UsageError
-from ..request.load import need_circuit, read_again
-from ..signals.curve import Floats
-from .batch import run
-
-#: corners are all run up to so many parameters
-_CORNERS = 8
-_QUANTILES = (0.01, 0.05, 0.5, 0.95, 0.99)
-
-
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """What a measure does over a tolerance.
-
-    Parameters
-    ----------
-    measure : str
-    nominal, low, high : float
-        With the parameters as they are, and the least and largest value met anywhere.
-    mean, deviation : float
-        Of the random runs.
-    quantiles : tuple of (float, float)
-        Shares of the random runs, and the values below which they lie.
-    """
-
-    measure: str
-    nominal: float
-    low: float
-    high: float
-    mean: float
-    deviation: float
-    quantiles: tuple[tuple[float, float], ...]
+from ..analyses.request.load import need_circuit, read_again
+from ..analyses.studies.batch import run
+from ..circuit import Circuit
+from ..errors import Diagnostic, UsageError
+from .points import Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,92 +60,6 @@ def _need_measures(known: Mapping[str, float], names: Sequence[str]) -> None:
             raise UsageError(
                 Diagnostic("NS4005", f"the deck has no measure {name}", hint=f"it has {listed}")
             )
-
-
-def tolerance(
-    circuit: Circuit,
-    parameters: Mapping[str, float],
-    *,
-    runs: int = 200,
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-) -> list[Spread]:
-    """Find what tolerances of parameters do to the measures of a deck.
-
-    All corners are run (of more than eight parameters those in which one is at its end), and random
-    values between them, uniformly spread.
-
-    Parameters
-    ----------
-    circuit : Circuit
-        With ``.measure`` cards.
-    parameters : mapping of str to float
-        Relative tolerance of each ``.param``: 0.05 for 5 %.
-    runs : int
-        Random runs.
-    seed : int
-        The same seed gives the same values.
-    progress : callable, optional
-        Called with the finished share.
-
-    Returns
-    -------
-    list of Spread
-        One for each measure.
-
-    Raises
-    ------
-    UsageError
-        NS4005 for a parameter that the deck does not have.
-
-    Examples
-    --------
-    >>> import nsspice
-    >>> circuit = nsspice.read('''divider
-    ... .param r=1k
-    ... V1 a 0 10
-    ... R1 a b {r}
-    ... R2 b 0 1k
-    ... .op
-    ... .measure op out find v(b) at=0
-    ... ''')
-    >>> (out,) = tolerance(circuit, {"r": 0.1}, runs=5)
-    >>> round(out.low, 6), round(out.high, 6)
-    (4.761905, 5.263158)
-    """
-    need_circuit(circuit)
-    names = [name.lower() for name in parameters]
-    _need_parameters(circuit, names)
-    share = np.array(list(parameters.values()))
-    nominal = np.array([circuit.deck.parameters[name] for name in names])
-    if len(names) <= _CORNERS:
-        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=len(names))))
-    else:
-        signs = np.vstack([np.eye(len(names)), -np.eye(len(names))])
-    random = np.random.default_rng(seed).uniform(-1.0, 1.0, (runs, len(names)))
-    points = np.vstack([np.zeros((1, len(names))), signs, random])
-    table = []
-    for k, point in enumerate(points):
-        values = dict(zip(names, (nominal * (1.0 + share * point)).tolist(), strict=True))
-        table.append(measures_of(circuit, values))
-        if progress is not None:
-            progress((k + 1) / len(points))
-    found = []
-    for measure in table[0]:
-        column = np.array([row.get(measure, np.nan) for row in table])
-        drawn = column[1 + len(signs) :]
-        found.append(
-            Spread(
-                measure,
-                float(column[0]),
-                float(np.nanmin(column)),
-                float(np.nanmax(column)),
-                float(np.nanmean(drawn)) if runs else float("nan"),
-                float(np.nanstd(drawn, ddof=1)) if runs > 1 else float("nan"),
-                tuple((q, float(np.nanquantile(drawn, q))) for q in _QUANTILES) if runs else (),
-            )
-        )
-    return found
 
 
 def tune(

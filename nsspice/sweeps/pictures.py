@@ -1,0 +1,159 @@
+"""Pictures of a sweep: families of curves, contours over two names, histograms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import Diagnostic, UsageError
+from ..output.plot import check_format, finished, new_figure, plain_text
+from ..output.si import number, prefix
+from .points import Floats
+
+if TYPE_CHECKING:
+    from .table import SweepTable
+
+#: values over several decades go on a logarithmic scale
+_DECADES = 30.0
+_CURVES = 24  # of one panel; more cannot be told apart
+_LEVELS = 16  # of contours
+_LONGEST = 90  # characters of a title or label
+_QUANTILES = (0.05, 0.5, 0.95)
+
+
+def family(
+    table: SweepTable, measures: Sequence[str] | None, path: str | Path | None = None
+) -> Any:
+    """Draw measures over the last swept name, a curve for each combination of the others."""
+    names = list(measures or table.measures)
+    if path is not None:
+        check_format(path)
+    if not names:
+        raise _nothing("the sweep measures nothing")
+    figure = new_figure()
+    figure.set_size_inches(7.0, 1.2 + 2.2 * len(names))
+    last = table.swept[-1]
+    x = table[last]
+    curves = _curves(table)
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    colours = _colours(len(curves))
+    for axes, name in zip(panels, names, strict=True):
+        y = table[name]
+        factor, letter = prefix(_size(y))
+        for (label, rows), colour in zip(curves.items(), colours, strict=True):
+            order = rows[np.argsort(x[rows], kind="stable")]
+            axes.plot(x[order], y[order] / factor, marker=".", color=colour, label=label)
+        axes.set_ylabel(_shown(_named(name, letter, table.units.get(name, ""))))
+        axes.grid(alpha=0.3)
+    if _is_logarithmic(x):
+        panels[-1].set_xscale("log")
+    panels[-1].set_xlabel(_shown(_named(last, "", table.units.get(last, ""))))
+    if len(curves) > 1:
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper")
+    figure.suptitle(_shown(table.title))
+    return finished(figure, path, False)
+
+
+def contours(table: SweepTable, measure: str, path: str | Path | None = None) -> Any:
+    """Draw a measure over the two swept names of a grid."""
+    if path is not None:
+        check_format(path)
+    axes_of = table.points.axes
+    if axes_of is None or len(axes_of) != 2 or min(a.size for a in axes_of) < 2:
+        raise _nothing("a map needs a grid over two names, two values each at least")
+    y, x = axes_of
+    values = table.grid(measure)
+    if not np.isfinite(values).any():
+        raise _nothing(f"{measure} has no value at any point")
+    figure = new_figure()
+    figure.set_size_inches(7.0, 5.0)
+    axes = figure.subplots()
+    factor, letter = prefix(_size(values))
+    filled = axes.contourf(x, y, values / factor, _LEVELS, cmap="viridis")
+    lines = axes.contour(x, y, values / factor, _LEVELS, colors="white", linewidths=0.4)
+    axes.clabel(lines, inline=True, fontsize=7)
+    bar = figure.colorbar(filled, ax=axes)
+    bar.set_label(_shown(_named(measure, letter, table.units.get(measure, ""))))
+    failed = ~np.isfinite(values)
+    if failed.any():
+        down, right = np.nonzero(failed)
+        axes.plot(x[right], y[down], "x", color="red", label="no result")
+        axes.legend(loc="upper right")
+    for axis, column, label in ((axes.xaxis, x, table.swept[1]), (axes.yaxis, y, table.swept[0])):
+        if _is_logarithmic(column):
+            axis._set_axes_scale("log")
+        axis.set_label_text(_shown(_named(label, "", table.units.get(label, ""))))
+    axes.set_title(_shown(table.title))
+    return finished(figure, path, False)
+
+
+def histogram(table: SweepTable, measure: str, path: str | Path | None = None) -> Any:
+    """Draw how often values of a measure occur."""
+    if path is not None:
+        check_format(path)
+    values = table[measure]
+    values = values[np.isfinite(values)]
+    if values.size < 2:
+        raise _nothing(f"{measure} has fewer than two values")
+    unit = table.units.get(measure, "")
+    factor, letter = prefix(_size(values))
+    figure = new_figure()
+    figure.set_size_inches(7.0, 4.0)
+    axes = figure.subplots()
+    axes.hist(values / factor, bins="auto", color="C0", alpha=0.7)
+    for share in _QUANTILES:
+        axes.axvline(float(np.quantile(values, share)) / factor, color="black", linestyle="--")
+    mean, deviation = float(values.mean()), float(values.std(ddof=1))
+    spread = f"mean {number(mean, unit)}, deviation {number(deviation, unit, 3)}"
+    text = f"{values.size} points: {spread}; dashed: 5 %, 50 %, 95 %"
+    axes.set_title(f"{_shown(table.title)}\n{text}", fontsize=9)
+    axes.set_xlabel(_shown(_named(measure, letter, unit)))
+    axes.set_ylabel("points")
+    return finished(figure, path, False)
+
+
+def _curves(table: SweepTable) -> dict[str, Any]:
+    """Return the points of each curve by its label: those that share all names but the last."""
+    others = table.swept[:-1]
+    rows: dict[tuple[float, ...], list[int]] = {}
+    for k, point in enumerate(table.points.values[:, :-1].tolist()):
+        rows.setdefault(tuple(point), []).append(k)
+    if len(rows) > _CURVES:  # samples: every point would be a curve of its own
+        return {"": np.arange(len(table))}
+    return {
+        ", ".join(f"{n} = {v:g}" for n, v in zip(others, key, strict=True)): np.array(found)
+        for key, found in rows.items()
+    }
+
+
+def _colours(count: int) -> list[Any]:
+    from matplotlib import colormaps
+
+    if count == 1:
+        return ["C0"]
+    return [colormaps["viridis"](0.9 * k / (count - 1)) for k in range(count)]
+
+
+def _size(values: Floats) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.abs(finite).max(initial=0.0))
+
+
+def _is_logarithmic(x: Floats) -> bool:
+    return bool(x.min() > 0.0 and x.max() > _DECADES * x.min())
+
+
+def _shown(text: str) -> str:
+    return plain_text(text, _LONGEST)
+
+
+def _named(name: str, letter: str, unit: str) -> str:
+    return f"{name} [{letter}{unit}]" if letter + unit else name
+
+
+def _nothing(message: str) -> UsageError:
+    hint = "name measures in the deck (.measure) or in measures=, and lists of values to sweep"
+    return UsageError(Diagnostic("NS4009", message, hint=hint))
