@@ -22,6 +22,7 @@ from multiprocessing.context import BaseContext
 from typing import Any
 
 from ..errors import Diagnostic, UsageError
+from ..output.exports import need_library
 from .plan import Plan
 from .points import Floats
 from .worker import Outcome, UnknownPlan, learn, run_chunk
@@ -157,14 +158,8 @@ class _Borrowed:
 
 
 def _dask(address: str) -> Any:
-    try:
-        from distributed import Client
-    except ImportError as error:
-        message = "a Dask cluster needs the package distributed, which is not installed"
-        raise UsageError(
-            Diagnostic("NS4010", message, hint="pip install 'nsspice[cluster]'")
-        ) from error
-    return Client(address) if address else Client()
+    client = need_library("distributed").Client
+    return client(address) if address else client()
 
 
 class _Processes:
