@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
-from ..problems.uniqueness import uniqueness
+from ..problems.feedback import undecided_switches
+from ..problems.uniqueness import CLAIM, uniqueness
 from ..problems.verdict import Verdict
 from .mna import MnaSystem
 
@@ -70,9 +71,10 @@ def dc_uniqueness(mna: MnaSystem) -> DcUniqueness:
     >>> str(dc_uniqueness(build(deck).islands[0].assemble()))
     'unique: every mode has a regular Jacobian of one orientation'
     """
-    found = uniqueness(static_system(mna.system))
+    system = static_system(mna.system)
+    found = uniqueness(system)
     if found.unique:
-        return DcUniqueness(found.verdict)
+        return _of_switches(mna, undecided_switches(system)) or DcUniqueness(found.verdict)
     names = [mna.pair_elements[k] for k in found.pairs]
     names += [name for k in found.functions for name in function_elements(mna, k)]
     if not found.functions and not found.verdict.decided:
@@ -80,6 +82,15 @@ def dc_uniqueness(mna: MnaSystem) -> DcUniqueness:
         gain = [d.name for d in mna.devices if d.letter in _GAIN]
         names = gain + names if found.pairs else names
     return DcUniqueness(found.verdict, _unique(names))
+
+
+def _of_switches(mna: MnaSystem, open_: Mapping[int, str]) -> DcUniqueness | None:
+    """Return that states of switches are not decided although each state has one solution."""
+    if not open_:
+        return None
+    reason = next(iter(open_.values()))
+    names = [mna.pair_elements[k] for k, why in open_.items() if why == reason]
+    return DcUniqueness(Verdict.undecided(CLAIM, reason), _unique(names))
 
 
 def function_elements(mna: MnaSystem, function: int) -> list[str]:

@@ -66,30 +66,30 @@ def isolated(
     if convex:  # differences of solutions of a monotone problem dissipate nothing
         dissipated = full[:n, :n] + full[:n, :n].T
         equations.append(np.hstack([dissipated, np.zeros((n, m))]))
-    basis = _null_space(np.vstack(equations))
+    basis = null_space(np.vstack(equations))
     if basis.shape[1] == 0:
         return Verdict.yes(CLAIM, "no direction satisfies the linearised laws")
     between = np.flatnonzero(~on & ~off)
     signed = np.vstack([np.eye(n + m)[n:][between], full[n:][between]]) @ basis
-    rays = _rays(signed)
-    if rays is None:
+    found = rays(signed)
+    if found is None:
         return Verdict.undecided(CLAIM, f"{len(between)} pairs neither conduct nor block")
-    for ray in rays:
+    for ray in found:
         change = signed @ ray
         if np.all(np.abs(change[: len(between)] * change[len(between) :]) <= _ROUNDING):
             d = basis @ ray
             moved = tuple(int(k) for k in np.flatnonzero(np.abs(d[n:]) > _ROUNDING))
             text = "solutions lie along a line"
             return Verdict.no(CLAIM, "the laws leave something free", Witness(text, moved, d))
-    if rays:
+    if found:
         return Verdict.undecided(CLAIM, "inequalities alone do not tell")
     return Verdict.yes(CLAIM, "no direction satisfies the laws and inequalities")
 
 
-def _rays(signed: Floats) -> list[Floats] | None:
+def rays(signed: Floats) -> list[Floats] | None:
     """Return vectors that span ``signed y >= 0``, one if it holds a line; None if too many."""
     count, dimension = signed.shape
-    line = _null_space(signed)
+    line = null_space(signed)
     if line.shape[1]:
         return [line[:, 0]]
     total = 1
@@ -99,7 +99,7 @@ def _rays(signed: Floats) -> list[Floats] | None:
         return None
     found: list[Floats] = []
     for rows in itertools.combinations(range(count), dimension - 1):
-        ray = _null_space(signed[list(rows)]) if rows else np.eye(dimension)
+        ray = null_space(signed[list(rows)]) if rows else np.eye(dimension)
         if ray.shape[1] != 1:
             continue
         for y in (ray[:, 0], -ray[:, 0]):
@@ -108,7 +108,7 @@ def _rays(signed: Floats) -> list[Floats] | None:
     return found
 
 
-def _null_space(matrix: Floats) -> Floats:
+def null_space(matrix: Floats) -> Floats:
     """Return a basis of the null space, columns of length one."""
     count = matrix.shape[1]
     columns = np.ones(count)
@@ -126,4 +126,4 @@ def _null_space(matrix: Floats) -> Floats:
     return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
-__all__ = ["isolated"]
+__all__ = ["isolated", "null_space", "rays"]

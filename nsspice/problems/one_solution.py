@@ -7,8 +7,10 @@ import numpy as np
 from .csc import Csc, Floats
 from .descriptor import DescriptorSystem
 from .matrices import is_p_matrix
+from .regularity import equilibration, inverses
 
-_NOISE = 1e-13  # of the entries of M, from the solution with K
+#: of an inverse by elimination, for each row: (Higham, Accuracy and Stability, 2002, section 14.3)
+_ROUNDING = 8.0 * 2.0**-53
 
 
 def may_have_several(system: DescriptorSystem, K: Csc) -> bool:
@@ -25,15 +27,55 @@ def may_have_several(system: DescriptorSystem, K: Csc) -> bool:
     if not pairs:
         return False
     A, B = system.A.dense()[:, pairs], system.B.dense()[pairs]
-    try:
-        M = system.D.dense()[np.ix_(pairs, pairs)] + B @ np.linalg.solve(K.dense(), A)
-    except np.linalg.LinAlgError:
+    found = pair_matrix(K.dense(), A, B, system.D.dense()[np.ix_(pairs, pairs)])
+    if found is None:
         return True
-    return not is_p_matrix(_one_of_each_couple(M), noise=_NOISE)
+    M, error = found
+    kept = _one_of_each_couple(M)
+    return not certainly_p(M[np.ix_(kept, kept)], error[np.ix_(kept, kept)])
 
 
-def _one_of_each_couple(matrix: Floats) -> Floats:
-    """Return the matrix with one pair left of each two that work against each other.
+def pair_matrix(K: Floats, A: Floats, B: Floats, D: Floats) -> tuple[Floats, Floats] | None:
+    """Return ``D + B K^-1 A`` and what rounding leaves of its entries; None if K is singular.
+
+    Examples
+    --------
+    >>> one = np.eye(1)
+    >>> pair_matrix(2.0 * one, one, one, one)[0].tolist()
+    [[1.5]]
+    """
+    inverse, scales = inverses(K[None]), equilibration(K[None]) if len(K) else None
+    if inverse is None:
+        return None
+    X, size = inverse[0], np.zeros_like(K)
+    if scales is not None:
+        # factors L U of the scaled matrix have products of n times its largest entry anywhere
+        rows, columns = scales[0][0], scales[1][0]
+        scaled = np.abs(X / columns[:, None] / rows)
+        most = float(np.max(np.abs(K * rows[:, None] * columns)))
+        size = most * np.outer(columns * scaled.sum(axis=1), rows * scaled.sum(axis=0))
+    error = _ROUNDING * max(len(K), 1) * (np.abs(D) + np.abs(B) @ size @ np.abs(A))
+    return np.asarray(D + B @ X @ A), np.asarray(error)
+
+
+def certainly_p(M: Floats, error: Floats) -> bool:
+    """Return whether all matrices within an error of one are P.
+
+    Examples
+    --------
+    >>> certainly_p(np.array([[1e-17]]), np.array([[1e-16]]))
+    False
+    """
+    diagonal = np.diag(M)
+    if np.any(diagonal <= np.diag(error)):
+        return False
+    root = np.sqrt(diagonal)
+    noise = float(np.max(error / root / root[:, None], initial=0.0))
+    return noise < 1.0 and bool(is_p_matrix(M, noise=noise))
+
+
+def _one_of_each_couple(matrix: Floats) -> list[int]:
+    """Return the pairs with one left of each two that work against each other.
 
     The two pairs of a two-way breakdown (or of a clamp) are one monotone curve of one current.
     """
@@ -47,4 +89,4 @@ def _one_of_each_couple(matrix: Floats) -> Floats:
         )
         if not opposite:
             keep.append(j)
-    return np.asarray(matrix[np.ix_(keep, keep)])
+    return keep

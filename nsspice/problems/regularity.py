@@ -200,6 +200,28 @@ def inverses(matrices: Floats) -> Floats | None:
     """
     if matrices.shape[-1] == 0:
         return matrices
+    scales = equilibration(matrices)
+    if scales is None:
+        return None
+    rows, columns = scales
+    scaled = matrices * rows[:, :, None] * columns[:, None]
+    values = np.linalg.svd(scaled, compute_uv=False)
+    if np.any(values[:, -1] <= 1e-14 * values[:, 0]):
+        return None
+    return np.asarray(np.linalg.inv(scaled) * columns[:, :, None] * rows[:, None])
+
+
+def equilibration(matrices: Floats) -> tuple[Floats, Floats] | None:
+    """Return factors of rows and of columns, (k, n) each, that bring entries to one or below.
+
+    None where a row or a column is zero, or an entry is no number.
+
+    Examples
+    --------
+    >>> rows, columns = equilibration(np.array([[[4.0]]]))
+    >>> float((rows * columns * 4.0).round(12)[0, 0])
+    1.0
+    """
     if not np.all(np.isfinite(matrices)):  # atan2(0, 0) has no slopes
         return None
     rows, columns = np.ones(matrices.shape[:2]), np.ones(matrices.shape[:2])
@@ -211,15 +233,12 @@ def inverses(matrices: Floats) -> Floats | None:
         rows /= np.sqrt(tallest)
         columns /= np.sqrt((sizes * rows[:, :, None] * columns[:, None]).max(axis=1))
         scaled = sizes * rows[:, :, None] * columns[:, None]
-    scaled = matrices * rows[:, :, None] * columns[:, None]
-    values = np.linalg.svd(scaled, compute_uv=False)
-    if np.any(values[:, -1] <= 1e-14 * values[:, 0]):
-        return None
-    return np.asarray(np.linalg.inv(scaled) * columns[:, :, None] * rows[:, None])
+    return rows, columns
 
 
 __all__ = [
     "Regularity",
+    "equilibration",
     "index_sets",
     "inverses",
     "strong_regularity",

@@ -19,6 +19,7 @@ from ...solvers.moreau import Recorded
 from ...solvers.stepper import Jump
 from .certificate import Certificate
 from .energy import Energy, Jumped, worse
+from .free_currents import FreeCurrents
 from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher
 
@@ -86,6 +87,7 @@ class Examiner:
         self._step = step
         #: each record is a solution at an instant; the end of an implicit step lies beside an event
         self._pointwise = step is None and mna.system.static
+        self._free = FreeCurrents(system)
         self._active: Watcher | None = None
         passive = shows_passive(system)
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
@@ -105,10 +107,14 @@ class Examiner:
             self._compared.take_points(records.time, records.z, records.lam, records.u)
         if self._stated is not None and not self._averaged:
             self._stated.take_points(records.time, records.z, records.lam, records.u)
+        self._free.take(records.z, records.lam, records.roles)
         self.auditor.check(records, self.frozen)
 
     def take_intervals(self, intervals: Recording) -> None:
         """Check recorded intervals of continuous solutions."""
+        last = np.s_[:, -1]
+        roles = np.asarray(intervals.roles)
+        self._free.take(intervals.z[last], intervals.lam[last], roles if roles.size else None)
         if self._written is not None:
             time = intervals.time.ravel()
             z, u = (v.reshape(time.size, v.shape[-1]) for v in (intervals.z, intervals.u))
@@ -187,7 +193,7 @@ class Examiner:
             laws,
             found["complementarity"],
             found["checks"],
-            undetermined,
+            undetermined or self._free.points,
             energy,
             balance,
             worst,

@@ -15,6 +15,7 @@ from ...circuit.regularity import dc_uniqueness, function_elements, largest_sour
 from ...errors import Diagnostic
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
+from ...problems.feedback import undecided_switches
 from ...problems.isolation import isolated
 from ...problems.passivity import passive
 from ...problems.piecewise import regular_at_kinks
@@ -25,6 +26,7 @@ from ...solvers.intervals import Recording
 from ...solvers.kinks import limits
 from ...solvers.moreau import MoreauStepper, Recorded, function_slopes
 from ...solvers.stepper import UnsolvedStep
+from .switch_states import MOST, operating_points
 
 _ROWS = 150  # unknowns and pairs up to which single points are judged
 _POINTS = 100  # points judged at most
@@ -37,6 +39,7 @@ _SAME = 1e-6  # solutions closer than this, relative to the largest, are one
 _ALONE = (
     "for these values of the sources: all laws are monotone, and nothing is free at the solution"
 )
+_STATES = "for these values of the sources: every other state contradicts what controls it"
 _FREE = "some quantities are free: a whole line of solutions"
 _ROUNDING = 24.0 * 2.0**-53  # of a law with one equation, relative to the sizes of its terms
 
@@ -250,8 +253,11 @@ class Judge:
 
     def _beside(self) -> Verdict | None:
         """Return whether all points are the only solutions; None for systems of another kind."""
-        if self.system.smooth is not None or not passive(self.system) or not self._kept:
+        system = self.system
+        if system.smooth is not None or not passive(system) or not self._kept:
             return None
+        if self._undecided:
+            return None  # in another state there may be another solution
         open_: Verdict | None = None
         for z, _, lam, roles in self._kept:
             for verdict, _ in isolation_of(self.system, z, lam, roles):
@@ -259,6 +265,11 @@ class Judge:
                     return verdict
                 open_ = verdict if verdict.holds is None or open_ is None else open_
         return open_
+
+    @property
+    def _undecided(self) -> tuple[int, ...]:
+        """The switches whose state the rest does not decide."""
+        return tuple(undecided_switches(self.system))
 
     def undetermined(self, records: Recorded, counted: int) -> int:
         """Return at how many of the recorded points something is free, of those counted as such.
@@ -314,15 +325,30 @@ class Judge:
             reason = "no finite slope at the solution, or no limit of the values around it"
             self._verdict = replace(verdict, kind="not known", reason=reason, elements=upright)
             return None
-        others = _search(system, z, lam, largest_sources(self.mna))
+        if 0 < len(self._undecided) <= MOST:
+            points = operating_points(system, self._undecided)
+            if points.all and len(points.found) == 1 and _same(points.found[0][0], z, system):
+                elements = self._elements(self._undecided)
+                self._verdict = replace(verdict, kind="unique", reason=_STATES, elements=elements)
+                return None
+            others = [point for point, _ in points.found if not _same(point, z, system)]
+            told = points.all and len(others) + 1 == len(points.found)
+        else:
+            others, told = [], False
+        others += [
+            point
+            for point in _search(system, z, lam, largest_sources(self.mna))
+            if not any(_same(point, other, system) for other in others)
+        ]
         others = [point for point in others if not self._upright(point)]
         if not others:
             return None
+        more = "and there may be more"
         solutions = tuple(self.mna.values(point) for point in (z, *others))
         self._verdict = replace(
             verdict,
             kind="several",
-            reason=f"{len(solutions)} solutions were found, and there may be more",
+            reason=f"{len(solutions)} solutions were found, {'all of them' if told else more}",
             solutions=solutions,
         )
         return self._verdict

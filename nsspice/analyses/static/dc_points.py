@@ -23,7 +23,7 @@ from ..request.path_following import PATH_METHODS, Following
 from ..signals.curve import Floats
 from ..solution.solution import IslandRun
 from .dc_start import start_dc, without_storage
-from .initial import guess_of
+from .initial import as_controlled, guess_of
 
 #: A source value that no deck holds, so that the swept source gets a column of its own.
 _MARK = 1.234567890123e-101
@@ -84,6 +84,10 @@ class PointsOfIsland:
         unknowns: list[str] = []
         for first, last in pairwise(cuts):
             mna, system = self._system(first, last)
+            if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
+                near, unknowns = guess_of(self.circuit, mna), mna.unknowns
+                if near is not None:
+                    system = as_controlled(system, near[0])
             stepper = MoreauStepper(system, [mna.functional(name) for name in self.names])
             stepper.freeze_time(0.0)
             if self.following is not None:
@@ -93,8 +97,6 @@ class PointsOfIsland:
             judge = Judge(mna, system) if first == 0 and Judge.wanted(system) else None
             size = 2 * system.n + system.m + 2 * len(system.waveforms)
             stepper.watch(*sampling(last - first, size))
-            if mna.unknowns != unknowns:  # a resistor of 0 Ohm has a current for an unknown
-                near, unknowns = guess_of(self.circuit, mna), mna.unknowns
             try:
                 stored = partial(replace, system, E=mna.system.E, smooth=mna.system.smooth)
                 start_dc(stepper, stored, near)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -114,6 +115,22 @@ def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
     touched = system.B.abs().dot(np.abs(z)) > 0.0
     near = slack <= 1e-3 * np.abs(z).max(initial=0.0)
     return np.where(touched & near, 1e-6, 0.0)
+
+
+def as_controlled(system: DescriptorSystem, z: Floats) -> DescriptorSystem:
+    """Return a system whose switches begin as a point (n,) tells them: ``.nodeset`` picks states.
+
+    A switch whose control is not given, or lies between its thresholds, begins as it is.
+    """
+    switches = []
+    for switch in system.switches:
+        control = sum(factor * float(z[j]) for j, factor in switch.control)
+        outside = control > switch.on_above or control < switch.off_below
+        if outside and any(z[j] != 0.0 for j, _ in switch.control):
+            above = control > switch.on_above
+            switch = replace(switch, closed=above is not switch.inverted)
+        switches.append(switch)
+    return replace(system, switches=tuple(switches))
 
 
 def given_voltages(

@@ -20,17 +20,23 @@ Source: M. K. Camlibel, L. Iannelli, F. Vasca, *Passivity and complementarity*, 
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ..csc import Floats
 from ..descriptor import DescriptorSystem
-from ..matrices import is_monotone, is_p_matrix
+from ..feedback import undecided_switches
+from ..held_switches import held
+from ..matrices import is_monotone
+from ..one_solution import certainly_p, pair_matrix
 from ..regularity import inverses
 from ..slopes import shapes
 from ..verdict import Verdict
 
 ROWS = 400  #: unknowns of a system that is judged
 _PAIRS = 60  # pairs up to which linear programs are solved
+_SWITCHES = 8  # of which all states are looked at
 #: step at which steps are judged, relative to the shortest time constant that the entries tell
 _SHORT = 1e-3
 
@@ -74,28 +80,43 @@ def one_trajectory(system: DescriptorSystem) -> Verdict:
 def each_step(system: DescriptorSystem) -> Verdict:
     """Judge whether each short implicit step has a solution, whatever the sources do.
 
-    A linear system, its switches open.
+    A linear system, in all states of its switches, which none of them may decide for itself.
     """
     claim = "a solution each, whatever the sources do"
     if system.n > ROWS:
         return Verdict.undecided(claim, f"more than {ROWS} unknowns")
     if system.smooth is not None:
         return Verdict.undecided(claim, "smooth laws")
+    undecided = undecided_switches(system)
+    if undecided:
+        return Verdict.undecided(claim, f"switches: {next(iter(undecided.values()))}")
+    switched = sorted(system.switched)
+    if len(switched) > _SWITCHES:
+        return Verdict.undecided(claim, f"more than {_SWITCHES} switches")
+    h = _SHORT * _shortest(system.E.dense(), system.G.dense())
+    reasons = set()
+    for states in itertools.product((False, True), repeat=len(switched)):
+        inner, _ = held(system, dict(zip(switched, states, strict=True)))
+        found = _in_state(inner, h, claim)
+        if not found:
+            return found
+        reasons.add(found.reason)
+    return Verdict.yes(claim, sorted(reasons)[-1])  # monotone is less than P
+
+
+def _in_state(system: DescriptorSystem, h: float, claim: str) -> Verdict:
+    """Judge the steps of a system without switches."""
     E, G = system.E.dense(), system.G.dense()
-    h = _SHORT * _shortest(E, G)
-    inverse = inverses((E / h + G)[None])
-    if inverse is None:
+    A, B = system.A.dense(), system.B.dense()
+    inverse, computed = inverses((E / h + G)[None]), pair_matrix(E / h + G, A, B, system.D.dense())
+    if inverse is None or computed is None:
         return Verdict.undecided(claim, "something is left free")
-    switched = system.switched
-    pairs = [k for k in range(system.m) if k not in switched]
-    A, B = system.A.dense()[:, pairs], system.B.dense()[pairs]
-    M = system.D.dense()[np.ix_(pairs, pairs)] + B @ inverse[0] @ A
-    found = is_p_matrix(M)
-    if found:
+    M, error = computed
+    if certainly_p(M, error):
         return Verdict.yes(claim, "and one only: the matrix of the pairs is P")
-    if is_monotone(M) and len(pairs) <= _PAIRS:
+    if is_monotone(M) and system.m <= _PAIRS:
         reach = B @ inverse[0] @ np.hstack([system.S.dense(), E])
-        if _never_contradicted(M, reach, system.q[pairs]):
+        if _never_contradicted(M, reach, system.q):
             return Verdict.yes(claim, "monotone, and its slacks can always be made nonnegative")
     return Verdict.undecided(
         claim, "sources may contradict the pairs, as a voltage across an ideal diode does"
