@@ -159,8 +159,11 @@ class Pieces:
         )
 
     def within(self, start: float, stop: float) -> Pieces:
-        """Return the pieces that reach into a window."""
-        keep = (self.end > start) & (self.begin < stop)
+        """Return the pieces that reach into a window; of one instant those that touch it."""
+        if start < stop:
+            keep = (self.end > start) & (self.begin < stop)
+        else:
+            keep = (self.end >= start) & (self.begin <= stop)
         return Pieces(self.begin[keep], self.length[keep], self.values[:, keep])
 
     def cut(self, edges: Floats, points: int) -> Floats:

@@ -187,6 +187,8 @@ def slope(trace: Trace, x: float) -> float:
 
 def extreme(trace: Trace, start: float, stop: float, *, least: bool = False) -> tuple[float, float]:
     """Return the largest (``least``: smallest) value in a window, and where it is first reached."""
+    if not stop > start:
+        return value(trace, start), start
     sign = -1.0 if least else 1.0
     cells = Cells.of(trace, start, stop)
     tops = np.empty(cells.index.size)

@@ -51,6 +51,8 @@ _MENDED = 10.0  # times reltol: what errors of steps move when a mode ties store
 _TOLD = 8  # turns of a sampled switch that are worth a word
 _POINTS = 1 << 16  # points of a static island planned at once
 _ROWS = 64  # of a run for its pieces alone
+#: rows in a step of a static solution at most: a piece of it has two points for each
+_ROWS_IN_STEP = 4
 
 
 class IslandRunner:
@@ -102,8 +104,10 @@ class IslandRunner:
         #: outputs that are followed between the rows, and what was recorded of them
         self.followed: list[int] = []
         self._pieces: list[Floats] = []
-        #: rows at extremes that are later than those of the engine handed on so far
+        #: rows that are not handed on yet: those at extremes, and those of an interval which the
+        #: engine has not left, whose extremes are still to come
         self._turns = np.empty((0, 1 + len(names)))
+        self._early: list[Floats] = []
         if all_points:
             self.followed = list(range(len(names)))
         elif watched is not None:
@@ -153,7 +157,7 @@ class IslandRunner:
         if static or self.method == "sdirk":
             # steps that follow a static solution have points of their own
             self.method = "sdirk"
-            self.step = self.analysis.longest_step(settings.step, system.timed)
+            self.step = self._longest_step(static)
             return SdirkStepper(system, functionals, self._accuracy)
         if settings.theta == 1.0:
             return MoreauStepper(system, functionals)
@@ -161,6 +165,15 @@ class IslandRunner:
 
         H, Hs = theta_terms(self.mna, settings.theta)
         return MoreauStepper(system, functionals, H=H, Hs=Hs)
+
+    def _longest_step(self, static: bool) -> float:
+        """Return the longest step with error control [s].
+
+        Static solutions have no errors of steps that would tell how fast they change: what shows in
+        the rows is seen between them, too.
+        """
+        longest = self.analysis.longest_step(self.settings.step, self.mna.system.timed)
+        return min(longest, _ROWS_IN_STEP * self.analysis.row_distance) if static else longest
 
     @property
     def _accuracy(self) -> Accuracy:
@@ -381,8 +394,8 @@ class IslandRunner:
         outputs = [self.mna.functional(self._names[j]) for j in self.followed]
         stepper = SdirkStepper(system, outputs, self._accuracy)
         stepper.follow(range(len(outputs)), watched.start, watched.stop)
-        longest = analysis.longest_step(self.settings.step, system.timed)
-        stepper.plan(0.0, min(analysis.stop, watched.stop), longest, 0.0, analysis.stop)
+        until = min(analysis.stop, watched.stop)
+        stepper.plan(0.0, until, self._longest_step(static=True), 0.0, analysis.stop)
         parts, done = [], False
         try:
             start(self.circuit, self.mna, stepper, analysis, None)
@@ -451,9 +464,16 @@ class IslandRunner:
         return block
 
     def _with_turns(self, rows: Floats, done: bool) -> Floats:
-        """Return the rows of an engine with those at extremes up to the last of them."""
+        """Return the rows of an engine, and at extremes, up to the point that it has reached."""
         self.hand_over()
-        reached = np.inf if done else rows[-1, 0] if rows.shape[0] else -np.inf
+        reached = np.inf if done else self.stepper.time
+        if self._early and reached <= self._early[0][0, 0]:
+            self._early.append(rows.copy())
+            return rows[:0]
+        rows = np.concatenate([*self._early, rows])
+        known = int(np.searchsorted(rows[:, 0], reached))
+        rows, late = rows[:known], rows[known:].copy()
+        self._early = [late] if late.size else []
         count = int(np.searchsorted(self._turns[:, 0], reached))
         turns, self._turns = self._turns[:count], self._turns[count:]
         if not count:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -194,3 +196,21 @@ def test_steps_with_error_control_end_on_rows_where_they_can():
     forced = (np.sin(w * sol.time) - w * tau * np.cos(w * sol.time)) / (1 + (w * tau) ** 2)
     exact = forced + (0.3 + w * tau / (1 + (w * tau) ** 2)) * np.exp(-sol.time / tau)
     assert np.abs(sol["v(b)"] - exact).max() < 1e-7
+
+
+def test_points_of_a_long_run_stand_in_order():
+    """Extremes inside an interval that several blocks of 4096 rows share come before later rows."""
+    deck = "one interval\nV1 a 0 SIN(0 1 1k)\nR1 a b 10\nL1 b c 1m\nC1 c 0 1u\n"
+    sol = nsspice.tran(nsspice.read(deck), 10e-3, 1.1e-6, all_points=True, signals=["v(a)"])
+    assert sol.time.size > 2 * 4096
+    assert np.all(np.diff(sol.time) > 0.0)
+    tops = (0.25 + 0.5 * np.arange(20)) * 1e-3
+    rows = np.searchsorted(sol.time, tops - 1e-15)
+    assert sol.time[rows] == pytest.approx(tops, rel=1e-9)
+    assert np.abs(sol["v(a)"][rows]) == pytest.approx(1.0, rel=1e-15)
+
+
+def test_points_of_a_converter_stand_in_order():
+    circuit = nsspice.read(Path(__file__).parents[3] / "netlists/converters/buck.net")
+    sol = nsspice.tran(circuit, all_points=True)
+    assert np.all(np.diff(sol.time) >= 0.0)

@@ -8,8 +8,13 @@ use crate::integrate::sdirk::step::Trial;
 use crate::integrate::sdirk::tableau::Tableau;
 use crate::tolerances::CLEARLY;
 
-/// A step is halved so often at most: a law that has a kink inside has one in a part of a thousandth.
-const HALVINGS: usize = 10;
+/// How often a step is halved at most to follow outputs to a part `floor` of their sizes.  With each halving a kink
+/// counts for half as much in its piece, so that these do for one that is as large as the output; and a jump, which
+/// no polynomial follows, is left in so small a part of the step that integrals do not see it.
+fn halvings(floor: f64) -> usize {
+    // rounding of the instants ends it at the latest
+    -floor.clamp(f64::EPSILON, 1.0).log2().floor() as usize
+}
 
 /// Where the rows inside a step come from.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +42,7 @@ pub(in crate::integrate::sdirk) struct Inside<'a> {
 }
 
 impl Inside<'_> {
-    /// The outputs at the part `theta` of the step by the laws; true if these could be solved.
+    /// The outputs at the part `theta` of the step by the laws; true if the mode of the step solves them.
     pub fn by_laws(&mut self, theta: f64, row: &mut [f64]) -> bool {
         let fit = self.trial.evaluate(self.s, self.stage_equations, self.tableau, theta);
         self.trial.write(self.s, self.stage_equations, row);
@@ -80,7 +85,8 @@ impl Sdirk {
         }
         if let Some([from, to]) = s.recorder.samples.pieces.wanted(start, end) {
             let mut row = vec![0.0; s.recorder.columns()];
-            self.cut(s, [from, to], &mut row, HALVINGS);
+            let halvings = halvings(CLEARLY * self.settings.accuracy.relative);
+            self.cut(s, [from, to], &mut row, halvings);
         }
     }
 
@@ -118,7 +124,8 @@ impl Sdirk {
         }
     }
 
-    /// The outputs at a time inside the accepted step; whether the laws could be solved where they were asked.
+    /// The outputs at a time inside the accepted step; whether the laws, where they were asked, have a solution,
+    /// in the mode of the step or in another.
     fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) -> bool {
         let theta = (label - self.trial.start) / self.trial.length;
         let origin = match self.shown.origin {
@@ -133,7 +140,7 @@ impl Sdirk {
             Origin::Laws => {
                 let fit = self.trial.evaluate(s, &mut self.stage_equations, self.tableau, theta);
                 self.trial.write(s, &self.stage_equations, outputs);
-                return fit == Fit::Solved;
+                return fit != Fit::Contradiction;
             }
         }
         true
