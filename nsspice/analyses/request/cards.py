@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -98,6 +98,17 @@ class Tran:
     def from_card(cls, card: TranCard) -> Tran:
         """Return the analysis of a card."""
         return cls(card.tstop, card.tstep or None, card.tstart, card.tmax or None, card.uic)
+
+    def bounded(self, max_step: float | None) -> Tran:
+        """Return the analysis with no longer steps than these [s], if they are given.
+
+        Examples
+        --------
+        >>> Tran(1e-3, max_step=1e-6).bounded(1e-5).max_step, Tran(1e-3).bounded(1e-5).max_step
+        (1e-06, 1e-05)
+        """
+        longest = [step for step in (self.max_step, max_step) if step is not None]
+        return replace(self, max_step=min(longest)) if longest else self
 
     @property
     def row_distance(self) -> float:

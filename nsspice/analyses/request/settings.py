@@ -31,6 +31,8 @@ class Settings:
         Weight of the new state, 1 (implicit) to 0 (explicit).
     step : float or None
         Solver step [s], the longest one where steps are controlled; None follows ``.tran``.
+    max_step : float or None
+        Longest solver step where none is asked for [s], as ``tmax`` of ``.tran``.
     reltol : float
         Error of one controlled step, relative to the largest value of each unknown so far.
     vntol, abstol : float
@@ -53,6 +55,7 @@ class Settings:
     method: str = "auto"
     theta: float = 1.0
     step: float | None = None
+    max_step: float | None = None
     reltol: float = 1e-5
     vntol: float = 0.0
     abstol: float = 0.0
@@ -90,13 +93,12 @@ class Settings:
         weight, span = theta, None
         if weight is None and (given := deck.options.get("theta")) is not None:
             weight, span = _number(given.value, "theta", given.span), given.span
+        step = _step(deck, "step", step)
         stepped = weight is not None or step is not None
         if weight is None:
             weight = 1.0
         if not 0.0 <= weight <= 1.0:
             raise _bad("theta", weight, "theta is the weight of the new state: 0 to 1", span)
-        if step is not None and not (math.isfinite(step) and step > 0.0):
-            raise _bad("step", step, "give a positive step in seconds, such as 1e-6")
         accuracy = _accuracy(deck, accuracy)
         tolerances = {
             name: _tolerance(deck, name, given)
@@ -108,6 +110,7 @@ class Settings:
             chosen,
             float(weight),
             step,
+            _step(deck, "maxstep", None),
             **{name: value for name, value in tolerances.items() if value is not None},
             order=_order(deck),
             accuracy=accuracy,
@@ -149,6 +152,16 @@ def _tolerance(deck: Deck, name: str, given: float | None) -> float | None:
     least = 0.0 if name != "reltol" else 1e-14
     if not (math.isfinite(value) and value >= least):
         raise _bad(name, value, f"give a number from {least:g} on, such as 1e-6", span)
+    return value
+
+
+def _step(deck: Deck, name: str, given: float | None) -> float | None:
+    """Return what the caller or the deck's options say of a step [s], None if they do not."""
+    value, span = given, None
+    if value is None and (option := deck.options.get(name)) is not None:
+        value, span = _number(option.value, name, option.span), option.span
+    if value is not None and not (math.isfinite(value) and value > 0.0):
+        raise _bad(name, value, "give a positive step in seconds, such as 1e-6", span)
     return value
 
 

@@ -214,7 +214,8 @@ def run_pss(
     """Run one analysis of the periodic steady state; see :func:`pss`."""
     begin = clock.perf_counter()
     period, orbits = find_orbits(circuit, analysis, temperature, values, neighbour)
-    settings = Settings.of(circuit.deck, "auto")
+    # orbits are found by methods of their own, and shown by them
+    settings = replace(Settings.of(circuit.deck, "auto"), theta=1.0, step=None, stepped=False)
     if any(o is not None and o.stepped for o in orbits):
         settings = replace(settings, reltol=finer(settings.reltol))  # so that the period closes
     solution = run_tran(

@@ -159,14 +159,15 @@ def _leave_the_choice(circuit: Circuit, request: Request, tol: float | None) -> 
     A tolerance chooses reltol, and the step unless steps are to be fixed: these are refined from
     the one that is given; an estimate by halving is one of fixed steps.
     """
-    fixed = Settings.of(circuit.deck, request.method).method == "moreau"
+    settings = Settings.of(circuit.deck, request.method, step=request.step)
+    fixed = settings.method == "moreau"
     given: dict[str, object] = {"reltol": request.reltol}
     option, reason = "--tol", "the tolerance chooses it"
     if tol is None:
         option, reason = "--refine", "the steps that are halved are fixed ones"
         given["method"] = None if request.method in (None, "auto", "moreau") else request.method
     elif not fixed:
-        given |= {"step": request.step, "theta": request.theta}
+        given |= {"step": settings.step, "theta": request.theta}
     for name, value in given.items():
         if value is not None:
             refined = ", or ask for --method moreau, which refines it" if name == "step" else ""
@@ -327,7 +328,8 @@ class _Trials:
         from ..request.cards import Tran
 
         card: Any = self.job.card
-        return Tran.from_card(card).solver_step(self.request.step)
+        settings = Settings.of(self.circuit.deck, step=self.request.step)
+        return Tran.from_card(card).bounded(settings.max_step).solver_step(settings.step)
 
     def _stop(self) -> float:
         card: Any = self.job.card

@@ -214,6 +214,7 @@ def run_tran(
     they are ``periodic_sources``.
     """
     begin = clock.perf_counter()
+    analysis = analysis.bounded(settings.max_step)
     columns = select(circuit, signals)
     names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
     whole, skipped = circuit, Skipped()

@@ -13,27 +13,26 @@ from .context import Context, after_card
 
 #: options that nsspice reads
 OWN = {
-    "abstol", "accuracy", "cost", "engine", "h", "hmin", "hmax", "itl1", "itl4", "maxsteps",
-    "maxstep", "method", "order", "reltol", "seed", "step", "temp", "theta", "tnom", "tol",
-    "vntol", "chgtol", "trtol", "correctors", "events", "certificate", "points", "allpoints",
-    "defad", "defas", "defl", "defw", "mosfet", "vgson",
+    "abstol", "accuracy", "correctors", "defad", "defas", "defl", "defw", "maxstep", "method",
+    "mosfet", "order", "reltol", "step", "temp", "theta", "tnom", "vgson", "vntol",
 }  # fmt: skip
 #: those whose value must be a number
-NUMBERS = {
-    "abstol", "order", "reltol", "theta", "tnom", "vntol", "defad", "defas", "defl", "defw",
-    "vgson",
+NUMBERS = OWN - {"accuracy", "correctors", "method", "mosfet"}
+#: options by which other simulators print, plot or load: no waveform depends on them
+FORMS = {
+    "acct", "brief", "filetype", "ingold", "keepopinfo", "limpts", "list", "measdgt", "node",
+    "nomarch", "nomod", "nopage", "numdgt", "opts", "plotabstol", "plotreltol", "plotvntol",
+    "plotwinsize", "post", "probe", "rawpts", "savecurrents", "startclocks", "warn", "warnlimit",
+    "width",
 }  # fmt: skip
-#: options of other simulators that steer their numerics or printing: accepted, without effect here
+#: options that steer the numerics of other simulators: they have no effect here, and are told so
 FOREIGN = {
-    "absi", "absv", "accurate", "acct", "autostop", "badmos3", "brief", "bypass", "cptime",
-    "delmax", "fast", "filetype", "gmindc", "gminsteps",
-    "ingold", "interp", "itl2", "itl3", "itl5", "itl6", "keepopinfo", "klu", "limpts", "limtim",
-    "list", "lvlcod", "lvltim", "maxord", "measdgt", "minbreak", "mindeltagmin", "nodamp", "node",
-    "noinit", "nomarch", "nomod", "noopac", "noopiter", "nopage", "numdgt", "optran", "opts",
-    "pivrel", "pivtol", "plotabstol", "plotreltol", "plotvntol", "plotwinsize", "post", "probe",
-    "ramptime", "rawpts", "reli", "relv", "savecurrents", "scalm", "solver", "sparse",
-    "srcstepmethod", "srcsteps", "startclocks", "topologycheck", "trabstol", "trtrunc",
-    "trytocompact", "warn", "warnlimit", "width", "xmu",
+    "absi", "absv", "accurate", "autostop", "badmos3", "bypass", "chgtol", "cptime", "delmax",
+    "fast", "gmindc", "gminsteps", "interp", "itl1", "itl2", "itl3", "itl4", "itl5", "itl6", "klu",
+    "limtim", "lvlcod", "lvltim", "maxord", "minbreak", "mindeltagmin", "nodamp", "noinit",
+    "noopac", "noopiter", "optran", "pivrel", "pivtol", "ramptime", "reli", "relv", "scalm",
+    "solver", "sparse", "srcstepmethod", "srcsteps", "topologycheck", "trabstol", "trtol",
+    "trtrunc", "trytocompact", "xmu",
 }  # fmt: skip
 #: options of other simulators that add elements to a circuit or scale them
 CHANGING = {
@@ -49,7 +48,8 @@ CHANGING = {
 def options(context: Context, line: Line) -> None:
     """Read ``.options name=value flag ...``; unknown names get a warning."""
     words, pairs = context.split(line)
-    known = {*OWN, *FOREIGN, *CHANGING}
+    known = {*OWN, *FORMS, *FOREIGN, *CHANGING}
+    without_effect: list[tuple[str, Span]] = []
     for item in [*words, *pairs]:
         key = item.text
         where = line.span(item.start, item.end)
@@ -58,6 +58,8 @@ def options(context: Context, line: Line) -> None:
         if key in CHANGING:
             message = f"option {key} is ignored"
             context.findings.warning("NS1003", message, where, CHANGING[key])
+        elif key in FOREIGN:
+            without_effect.append((key, where))
         elif key not in known:
             hint = suggest(key, known)
             context.findings.warning("NS1081", f"option {key[:40]} is unknown and ignored", where,
@@ -74,6 +76,13 @@ def options(context: Context, line: Line) -> None:
         if key == "tnom" and isinstance(value, float):
             above_absolute_zero(value, where)
         context.deck.options[key] = Param(key, value, where)
+    if without_effect:
+        names = ", ".join(name for name, _ in without_effect)
+        one = len(without_effect) == 1
+        whose = "option {} controls" if one else "options {} control"
+        message = whose.format(names) + " other programs, with no effect here"
+        hint = "remove it, or leave it; accuracy here is reltol, and the longest step maxstep"
+        context.findings.warning("NS4052", message, without_effect[0][1], hint)
 
 
 def early_options(context: Context, line: Line) -> None:
