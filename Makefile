@@ -110,6 +110,7 @@ coverage: $(VENV)/.dev
 
 soak: $(VENV)/.dev
 	$(BIN)/python tools/soak.py
+	$(BIN)/python tools/sweep_oracle.py --count 10
 	$(BIN)/python -m pytest -m soak
 
 docs: $(VENV)/.dev

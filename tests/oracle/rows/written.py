@@ -100,8 +100,7 @@ class Rows:
 
 def read_csv(path: Path) -> Rows:
     """Return the rows of a CSV file with one header line."""
-    with path.open(newline="") as file:
-        table = csv.reader(file)
-        names = [n.lower() for n in next(table)]
-        values = np.array([[float(x) for x in row] for row in table]).reshape(-1, len(names))
+    with path.open() as file:
+        names = [n.lower() for n in next(csv.reader(file))]
+        values = np.loadtxt(file, delimiter=",", ndmin=2)
     return Rows({name: values[:, k].copy() for k, name in enumerate(names)})

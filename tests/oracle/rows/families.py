@@ -1,0 +1,35 @@
+"""Families of random decks that the judge of rows can read, each a function of a seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+
+import everyday_circuits
+import random_circuits
+import random_event_decks
+import resting_decks
+from random_blocks import block_deck
+from random_controllers import controller_deck
+from random_converters import converter
+
+Family = Callable[[int], str]
+
+
+def _random_circuit(kind: str) -> Family:
+    return lambda seed: random_circuits.generate(kind, seed).text
+
+
+FAMILIES: dict[str, Family] = {
+    "converter": converter,
+    "smooth converter": lambda seed: converter(seed, smooth=True),
+    "controller": controller_deck,
+    "blocks": block_deck,
+    "zener chain": lambda seed: random_event_decks.zener_chain(Random(seed)),
+    "gated load": lambda seed: random_event_decks.gated_load(Random(seed)),
+    "transformer": lambda seed: random_event_decks.perfect_transformer(Random(seed)),
+    "everyday": everyday_circuits.ideal,
+    "everyday smooth": everyday_circuits.smooth,
+    "thresholds": lambda seed: resting_decks.deck(seed).text,
+    **{kind: _random_circuit(kind) for kind in random_circuits.CLASSES},
+}

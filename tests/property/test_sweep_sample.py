@@ -1,0 +1,27 @@
+"""A fixed sample of the sweep of random decks: rows of certified runs obey every equation.
+
+``tools/sweep_oracle.py`` takes many more; ``make soak`` some.
+"""
+
+from __future__ import annotations
+
+import pytest
+from oracle.rows.families import FAMILIES
+from oracle.rows.judged_run import METHODS, judged
+
+#: what no method runs: contradictions, and junctions in closed forms
+BY_NAME = {"NS3001", "NS4020"}
+#: large networks take minutes
+SAMPLE = [
+    (f, 60_000) for f in FAMILIES if f not in ("converter", "smooth converter", "large", "blocks")
+]
+SAMPLE += [("converter", seed) for seed in (4, 6, 9, 15)] + [("blocks", 3003)]
+
+
+@pytest.mark.parametrize(("family", "seed"), SAMPLE)
+def test_rows_of_certified_runs_are_right(family, seed):
+    text = FAMILIES[family](seed)
+    for method in METHODS:
+        run = judged(text, method)
+        assert run.outcome == "certified" or run.outcome in BY_NAME, (method, run.message)
+        assert not run.rows or run.right, (method, run.worst[:3])
