@@ -27,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option that turns collection on: other projects may have files of that name."""
     group = parser.getgroup("nsspice", "netlists with expected results")
     group.addoption(
-        "--decks", action="store_true", help="check netlists against X.expect.toml beside them"
+        "--decks", action="store_true", help="check netlists against X.expect.toml next to them"
     )
 
 

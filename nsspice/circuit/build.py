@@ -72,8 +72,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
         if element.name in seen:
             findings.error(
                 "NS2007",
-                f"there are two elements named {element.name}; the first stands on line "
-                f"{seen[element.name]}",
+                f"{element.name} is defined twice; first on line {seen[element.name]}",
                 element.span,
                 "rename one of them",
             )
@@ -93,7 +92,7 @@ def _read_switches(deck: Deck, context: Context, findings: Findings) -> None:
     asked = deck.options.get("mosfet")
     if asked is not None and asked.value not in ("switch", "model"):
         message = f"option mosfet cannot be {asked.value!r}"
-        findings.error("NS1010", message, asked.span, "mosfet=switch, or leave it out")
+        findings.error("NS1010", message, asked.span, "write mosfet=switch, or remove it")
     context.mosfet_switch = asked is not None and asked.value == "switch"
     mosfets = [e for e in deck.elements if e.letter == "m"]
     if mosfets and (

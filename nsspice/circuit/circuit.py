@@ -75,7 +75,7 @@ class Island:
         """
         number = isinstance(temperature, Real | None)
         if not number or (temperature is not None and not temperature > ABSOLUTE_ZERO):
-            kind = "degrees Celsius is not above absolute zero" if number else "is no number"
+            kind = "degrees Celsius is not above absolute zero" if number else "is not a number"
             message = f"a temperature of {temperature} {kind}"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
         conditions = Conditions(

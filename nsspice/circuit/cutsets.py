@@ -82,12 +82,12 @@ def _conflict(
         caps = ", ".join(f"{d.name} (line {d.span.line})" for d in charged)
         verb_open = "is" if len(charged) == 1 else "are"
         message = (
-            f"{mode.what} {caps} {verb_open} open, and {listed} {verb} {total} A into {what} "
-            "without a way out"
+            f"{mode.what} {caps} {verb_open} open, and {listed} {verb} {total} A into {what}, "
+            f"which has no return path"
         )
-        hint = "add uic to .tran, or a resistor to ground"
+        hint = "add uic to .tran, or connect a resistor to ground"
         names += [d.name for d in charged]
         return Diagnostic("NS2024", message, sources[0].span, hint), names
-    message = f"{listed} {verb} {total} A into {what} without a way out"
-    hint = "connect a resistor, capacitor or diode that takes the current"
+    message = f"{listed} {verb} {total} A into {what}, which has no return path"
+    hint = "connect a resistor, capacitor or diode that carries the current"
     return Diagnostic("NS2023", message, sources[0].span, hint), names

@@ -140,7 +140,7 @@ class IslandExplanation:
             lines.append(f"  solved by {told.method}")
         if told.cost:
             lines.append(f"  cost      {told.cost}")
-        lines += [f"  instead   {hint}" for hint in told.hints]
+        lines += [f"  hint      {hint}" for hint in told.hints]
         lines.append("  effects")
         lines += [f"    {line}" for line in self.effects]
         lines += [
@@ -198,8 +198,8 @@ class Explanation:
         blocks = [f"{self.title or self.file}: {_count(len(self.islands), 'island')}"]
         if self.skipped:
             blocks.append(
-                f"not simulated: {label_list(self.skipped, 12)}: nothing that is saved or measured "
-                "depends on them (--all)"
+                f"not simulated: {label_list(self.skipped, 12)}: no saved or measured signal "
+                f"depends on them (--all)"
             )
         alike: dict[tuple[object, ...], list[IslandExplanation]] = {}
         for island in self.islands:
@@ -216,7 +216,7 @@ class Explanation:
             block = group[0].text()
             if len(group) > 1:
                 numbers = label_list([str(island.number) for island in group[1:]], 6)
-                block += f"\n  and {_count(len(group) - 1, 'island')} alike: {numbers}"
+                block += f"\n  and {_count(len(group) - 1, 'island')} like it: {numbers}"
             blocks.append(block)
         if self.warnings:
             blocks.append("\n".join(warning.render() for warning in self.warnings))

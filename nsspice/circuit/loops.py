@@ -136,20 +136,20 @@ def _conflict(
     listed = ", ".join(f"{d.name} (line {d.span.line})" for d in members)
     a, b = device.ends
     if not others:
-        message = f"{listed} has both ends on node {a}, so its voltage {voltage} V is shorted"
+        message = f"{listed} has both ends on node {a}, so its voltage of {voltage} V is shorted"
         return Diagnostic("NS2021", message, device.span, "correct one of its nodes"), names
     inductive = any(d.letter == "l" for d in members)
     if inductive and mode.dc:
         kept = around if device.letter == "l" else voltage
         message = (
-            f"{mode.what} an inductor is a short, and the loop {listed} between nodes {a} and {b} "
-            f"keeps {kept} V: the current would "
-            "grow without end"
+            f"{mode.what} an inductor is a short circuit, and the loop {listed} between nodes "
+            f"{a} and {b} "
+            f"keeps {kept} V: the current would grow without bound"
         )
         hint = "add uic to .tran, or a resistor to the loop"
         return Diagnostic("NS2022", message, device.span, hint), names
     message = (
         f"the loop of voltage sources {listed} does not add up to zero: between nodes {a} and {b} "
-        f"{device.name} asks for {voltage} V, the others for {around} V"
+        f"{device.name} gives {voltage} V, the others {around} V"
     )
-    return Diagnostic("NS2021", message, device.span, "put a resistor into the loop"), names
+    return Diagnostic("NS2021", message, device.span, "put a resistor in the loop"), names

@@ -64,7 +64,7 @@ def _control(
                 "NS2006",
                 f"{device.name} is controlled by the current of {name}, which does not exist",
                 span,
-                suggest(name, candidates) or "name a voltage source, 0 V if need be",
+                suggest(name, candidates) or "name a voltage source (insert one of 0 V if needed)",
             )
         return None
     if isinstance(control, Coupling) or (
@@ -74,7 +74,7 @@ def _control(
             "NS2006",
             f"{device.name} cannot be controlled by the {control.KIND} {name}",
             span,
-            f"put a 0 V source in series with {name} and name that",
+            f"put a 0 V source in series with {name} and name that source",
         )
         return None
     if isinstance(control, Device):
@@ -142,8 +142,8 @@ def _check_couplings(couplings: Sequence[Coupling], findings: Findings) -> None:
         if np.linalg.eigvalsh(matrix)[0] < -1e-9:
             findings.error(
                 "NS2010",
-                f"the couplings {', '.join(c.name for c in group)} contradict each other: the "
+                f"the couplings {', '.join(c.name for c in group)} contradict each other: "
                 f"inductors {', '.join(index)} would store negative energy",
                 group[-1].span,
-                "lower the couplings, or couple all windings by one K line",
+                "lower the couplings, or couple all windings on one K line",
             )

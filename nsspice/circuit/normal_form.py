@@ -131,8 +131,8 @@ class Reference:
         return RegularityError(
             Diagnostic(
                 "NS2060",
-                "the states do not determine the currents and voltages of the circuit with all "
-                f"set-valued elements at rest{cause}",
+                "the states do not determine the currents and voltages of the circuit when all "
+                f"set-valued elements are off{cause}",
                 None,
                 "use theta=1, or add a resistor where a controlled source leaves a node free",
             )
@@ -175,10 +175,10 @@ def reference(mna: MnaSystem) -> Reference:
         raise RegularityError(
             Diagnostic(
                 "NS2063",
-                f"{smooth} follow{'' if ',' in smooth else 's'} a smooth nonlinear law: the rates "
-                "of the states are no linear function of the states",
+                f"{smooth} follow{'' if ',' in smooth else 's'} a smooth nonlinear law: the "
+                f"rates of the states are not a linear function of the states",
                 None,
-                "use theta=1; for the DLCP form, set-valued laws",
+                "use theta=1; the DLCP form needs set-valued laws",
             )
         )
     windings = tight_windings(mna)

@@ -119,7 +119,7 @@ def _check_ground(devices: Sequence[Device]) -> list[Diagnostic]:
             "NS2020",
             "no element is connected to ground (node 0)",
             devices[0].span if devices else None,
-            "call one node 0 or gnd: voltages are counted from it",
+            "call one node 0 or gnd: all voltages refer to it",
         )
     ]
 
@@ -205,8 +205,8 @@ def _warn_floating(graph: Graph, findings: Findings) -> None:
         plural = "s" if len(nodes) > 1 else ""
         findings.warning(
             "NS2051",
-            f"node{plural} {listed} ha{'ve' if plural else 's'} no path to ground: the potential "
-            "is chosen with the least norm",
+            f"node{plural} {listed} ha{'ve' if plural else 's'} no path to ground: nothing fixes "
+            f"the potential, so its average is set to 0 V",
             owner[nodes[0]].span,
             "connect one node of this part to ground if its potential matters",
         )

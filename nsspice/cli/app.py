@@ -18,15 +18,15 @@ _PIPE = 141  # what a shell shows of a program that SIGPIPE ended: 128 + 13
 
 _COMMANDS = {
     "run": "simulate a netlist: CSV, plot and summary",
-    "explain": "tell how a netlist would be solved, without solving it",
-    "effects": "find out which effect matters, and what it costs",
+    "explain": "show how a netlist would be solved, without solving it",
+    "effects": "find out which effects matter, and what they cost",
     "cost": "measure what accuracy costs with every method",
     "test": "check netlists against the numbers in X.expect.toml",
     "sweep": "run a netlist at many points and print one table",
-    "tune": "find parameters for which measures have given values",
-    "tolerance": "tell what tolerances of parameters do to measures",
+    "tune": "find parameters that bring measures to given values",
+    "tolerance": "show how parameter tolerances spread the measures",
     "compare": "compare a simulation with ngspice or a reference waveform",
-    "plot": "draw CSV files above one axis",
+    "plot": "draw CSV files on a shared axis",
     "examples": "list or copy the collection of netlists",
     "completion": "let the shell complete commands and options",
 }

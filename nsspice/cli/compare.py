@@ -30,7 +30,7 @@ from .source import circuit_of, path_of
     type=NUMBER,
     default=1e-3,
     show_default=True,
-    help="Largest distance allowed, as a share of the reference's range.",
+    help="Largest distance allowed, relative to the reference's range.",
 )
 @click.option("--absolute", is_flag=True, help="The tolerance is in volts and amperes.")
 @click.option(
@@ -38,18 +38,20 @@ from .source import circuit_of, path_of
     type=click.Choice(["max", "l1", "rms"]),
     default="max",
     show_default=True,
-    help="Which distance must meet the tolerance.",
+    help="Distance that must meet the tolerance.",
 )
-@click.option("--time", "time_column", metavar="COLUMN", help="Column of the time; the first one.")
+@click.option(
+    "--time", "time_column", metavar="COLUMN", help="Time column; the first one by default."
+)
 @click.option(
     "--map",
     "maps",
     multiple=True,
     metavar="COLUMN=SIGNAL",
-    help="Compare a column with a signal of another name; may be repeated.",
+    help="Compare a column with a signal of a different name; may be repeated.",
 )
 @click.option("--signals", multiple=True, metavar="NAMES", help="Only these signals.")
-@click.option("--from", "start", type=NUMBER, help="Begin of the window.")
+@click.option("--from", "start", type=NUMBER, help="Start of the window.")
 @click.option("--to", "stop", type=NUMBER, help="End of the window.")
 @solver_options
 @ngspice_options
@@ -81,7 +83,7 @@ def command(
     tolerance, or if ngspice fails.
     """
     if tolerance < 0.0:
-        hint = "give a share of the reference's range, such as 1e-3; --absolute takes V and A"
+        hint = "give a fraction of the reference's range, such as 1e-3, or volts with --absolute"
         raise UsageError(Diagnostic("NS4005", f"--tolerance cannot be {tolerance:g}", hint=hint))
     if reference is None:
         check = _Decision(tolerance, absolute, norm, (start, stop))
@@ -94,7 +96,7 @@ def command(
     if given:
         message = f"{', '.join(given)} cannot be used with a reference file"
         raise UsageError(
-            Diagnostic("NS4005", message, hint="leave the reference out to run ngspice")
+            Diagnostic("NS4005", message, hint="omit the reference file to run ngspice")
         )
     from ..analyses import Request, jobs_of, run_job
     from ..compare.pairs import compare_table, pairs_of
@@ -233,5 +235,5 @@ def _print(
         show(f"{row.signal:<{width}}  {text}  {'ok' if row.passed else 'FAIL'}")
     failed = sum(not r.passed for r in rows)
     what = f"{norm} distance <= {tolerance:g}" + ("" if absolute else " of the range")
-    verdict = "all within" if not failed else f"{failed} of {len(rows)} beyond"
+    verdict = "all within" if not failed else f"{failed} of {len(rows)} outside"
     show(f"{verdict} {what}, against {reference}")

@@ -40,8 +40,8 @@ def command(shell: str | None, install: bool) -> None:
         raise UsageError(
             Diagnostic(
                 "NS4005",
-                f"there is no completion for the shell {shell or 'of unknown name'}",
-                hint=f"say which one: nsspice completion {'|'.join(_HOMES)}",
+                f"there is no completion for the shell {shell or 'with an unknown name'}",
+                hint=f"name one: nsspice completion {'|'.join(_HOMES)}",
             )
         )
     from .app import app

@@ -18,10 +18,10 @@ from .source import circuit_of, path_of
     "--target",
     type=NUMBER,
     metavar="E",
-    help="Tell the cheapest way to this error (a share of the range of each signal).",
+    help="Report the cheapest method that reaches this error (relative to each signal's range).",
 )
 @click.option(
-    "--methods", multiple=True, metavar="NAMES", help="Only these ladders; may be repeated."
+    "--methods", multiple=True, metavar="NAMES", help="Only these methods; may be repeated."
 )
 @click.option("--signals", multiple=True, metavar="NAMES", help="Measure errors in these signals.")
 @click.option(
@@ -32,11 +32,13 @@ from .source import circuit_of, path_of
     is_flag=False,
     flag_value="auto",
     metavar="[FILE]",
-    help="Draw error against time into a .png, .svg or .pdf file.",
+    help="Draw error against time in a .png, .svg or .pdf file.",
 )
-@click.option("--force", is_flag=True, help="Replace files that nsspice has not written.")
-@click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
-@click.option("-q", "--quiet", is_flag=True, help="Do not tell what is being run.")
+@click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
+@click.option(
+    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
+)
+@click.option("-q", "--quiet", is_flag=True, help="Do not report what is running.")
 @confined_option
 @json_option
 def command(

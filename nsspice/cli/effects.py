@@ -13,17 +13,19 @@ from .report import print_json, say
 from .source import STDIN, circuit_of, path_of
 
 
-@click.command("effects", short_help="which effect matters, and what it costs")
+@click.command("effects", short_help="which effects matter, and what they cost")
 @click.argument("netlist")
 @click.option("--tol", type=NUMBER, default=1e-3, metavar="E", help="Largest change of a measure.")
-@click.option("--drop", multiple=True, metavar="NAME", help="Try this element as open, too.")
+@click.option("--drop", multiple=True, metavar="NAME", help="Also try removing this element.")
 @click.option("-j", "--workers", type=int, metavar="N", help="Processes [all cores].")
 @click.option("-o", "--output", metavar="FILE", help="The recommended deck [X.cheap.net].")
 @click.option(
     "--plot", is_flag=False, flag_value="auto", metavar="[FILE]", help="Importance against cost."
 )
-@click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
-@click.option("--force", is_flag=True, help="Replace files that something else has written.")
+@click.option(
+    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
+)
+@click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
 @json_option
 @click.option("-q", "--quiet", is_flag=True, help="No progress bar.")

@@ -22,7 +22,7 @@ _COMPANION = ".expect.toml"
 @click.argument("action", required=False, type=click.Choice(["list", "copy", "show"]))
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @click.option("--to", "target", metavar="FOLDER", default=".", help="Where to copy to.")
-@click.option("--force", is_flag=True, help="Replace files that are there.")
+@click.option("--force", is_flag=True, help="Replace existing files.")
 @json_option
 def command(
     action: str | None, names: Sequence[str], target: str, force: bool, as_json: bool
@@ -54,7 +54,7 @@ def _chosen(names: Sequence[str]) -> Iterator[Path]:
             Diagnostic(
                 "NS4019",
                 "this installation has no collection of netlists",
-                hint="the decks stand in the folder netlists of the sources",
+                hint="the decks are in the folder netlists of the source code",
             )
         )
     if not names:
@@ -116,8 +116,7 @@ def _copy(found: Sequence[Path], target: Path, force: bool, as_json: bool) -> No
         raise UsageError(
             Diagnostic(
                 "NS4019",
-                f"{taken[0]} is there already"
-                + (f", and {len(taken) - 1} more" * (len(taken) > 1)),
+                f"{taken[0]} already exists" + (f", and {len(taken) - 1} more" * (len(taken) > 1)),
                 hint="copy elsewhere with --to FOLDER, or replace with --force",
             )
         )

@@ -11,11 +11,15 @@ from .report import print_json, show
 from .source import circuit_of
 
 
-@click.command("explain", short_help="tell how a netlist would be solved")
+@click.command("explain", short_help="show how a netlist would be solved")
 @click.argument("netlist")
 @click.option("--matrices", is_flag=True, help="Print the matrices of the complementarity form.")
-@click.option("--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param.")
-@click.option("--all", "everything", is_flag=True, help="Also what no saved signal depends on.")
+@click.option(
+    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
+)
+@click.option(
+    "--all", "everything", is_flag=True, help="Include parts that no saved signal depends on."
+)
 @confined_option
 @json_option
 def command(

@@ -53,7 +53,7 @@ def confined_option(command: F) -> F:
         is_flag=True,
         expose_value=False,
         callback=_confine,
-        help="Refuse to include files from outside of the netlist's folder, for services.",
+        help="Refuse to include files outside the netlist's folder (for services).",
     )(command)
 
 
@@ -122,30 +122,33 @@ def ngspice_options(command: F) -> F:
     """Add what tells how ngspice is run."""
     for option in (
         click.option(
-            "--deck", metavar="FILE", help="Write the deck that ngspice was given last to a file."
+            "--deck", metavar="FILE", help="Write the last deck given to ngspice to a file."
         ),
         click.option(
             "--force",
             is_flag=True,
             default=None,
-            help="Replace files that nsspice has not written.",
+            help="Replace files that were not written by nsspice.",
         ),
         click.option("--timeout", type=NUMBER, help="Longest time for ngspice [s]."),
         click.option(
             "--runner",
             type=click.Choice(["library", "program"]),
-            help="libngspice in a child process, or the program; the first that is installed.",
+            help="libngspice in a child process, or the program; by default whichever is "
+            "installed.",
         ),
-        click.option("--slack", type=NUMBER, help="By how much instants may differ [s]."),
+        click.option("--slack", type=NUMBER, help="Allowed difference of instants [s]."),
         click.option("--max-step", type=NUMBER, help="Largest time step of ngspice [s]."),
         click.option("--reltol", type=NUMBER, help="Relative tolerance of both programs."),
-        click.option("--gmin", type=NUMBER, help="What ngspice puts across each junction [S]."),
-        click.option("--roff", type=NUMBER, help="Resistance of ideal elements that block [Ohm]."),
-        click.option("--ron", type=NUMBER, help="Resistance of ideal elements that conduct [Ohm]."),
+        click.option(
+            "--gmin", type=NUMBER, help="Conductance that ngspice puts across each junction [S]."
+        ),
+        click.option("--roff", type=NUMBER, help="Off-resistance used for ideal elements [Ohm]."),
+        click.option("--ron", type=NUMBER, help="On-resistance used for ideal elements [Ohm]."),
         click.option(
             "--junction",
             type=Sharpness(),
-            help="What stands for a set-valued diode: ngspice's piecewise-linear sidiode, or a "
+            help="Substitute for set-valued diodes: ngspice's piecewise-linear sidiode, or a "
             "junction with emission coefficient N.",
         ),
         click.option(
@@ -153,7 +156,7 @@ def ngspice_options(command: F) -> F:
             is_flag=False,
             flag_value="auto",
             metavar="[FILE]",
-            help="Draw both runs above each other into a .png, .svg or .pdf file.",
+            help="Draw both runs in one .png, .svg or .pdf file.",
         ),
     ):
         command = option(command)

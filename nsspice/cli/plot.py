@@ -15,15 +15,17 @@ from .report import print_json, say
 _MOST = 6
 
 
-@click.command("plot", short_help="draw CSV files above one axis")
+@click.command("plot", short_help="draw CSV files on a shared axis")
 @click.argument("files", nargs=-1, required=True, metavar="FILE.csv...")
 @click.option("-o", "--output", metavar="FILE", help="Picture: .png, .svg or .pdf [FILE.png].")
-@click.option("--signals", multiple=True, metavar="NAMES", help='Which, such as "v(out) i(l1)".')
-@click.option("--from", "begin", type=float, metavar="X", help="Begin of the axis.")
+@click.option(
+    "--signals", multiple=True, metavar="NAMES", help='Signals to draw, such as "v(out) i(l1)".'
+)
+@click.option("--from", "begin", type=float, metavar="X", help="Start of the axis.")
 @click.option("--to", "end", type=float, metavar="X", help="End of the axis.")
 @click.option("--title", default="", help="Heading of the picture.")
 @click.option("--dark", is_flag=True, help="Draw for a dark page.")
-@click.option("--force", is_flag=True, help="Replace a file that nsspice has not written.")
+@click.option("--force", is_flag=True, help="Replace a file that was not written by nsspice.")
 @json_option
 def command(
     files: Sequence[str],
@@ -58,7 +60,7 @@ def command(
                 Diagnostic(
                     "NS4009",
                     f"there is nothing to draw: {name} has no row between --from and --to",
-                    hint=f"its axis goes from {axis.min():g} to {axis.max():g}",
+                    hint=f"its axis runs from {axis.min():g} to {axis.max():g}",
                 )
             )
         columns = {canonical(n): table.data[keep, k] for k, n in enumerate(table.names) if k}
@@ -73,5 +75,5 @@ def command(
         print_json({"files": [str(target)], "signals": names})
         return
     left = len(shared) - _MOST
-    more = f"; {left} more signals, name them with --signals" if not wanted and left > 0 else ""
+    more = f"; {left} more signals: name them with --signals" if not wanted and left > 0 else ""
     say(f"written: {target} ({', '.join(names)}){more}")

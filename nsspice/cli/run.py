@@ -34,7 +34,7 @@ _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
 #: analyses whose runs over a .step are one picture
 _FAMILIES = ("tran", "dc", "pss")
-_FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard output."
+_FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 
 
 @click.command("run", short_help="simulate a netlist")
@@ -45,7 +45,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     is_flag=False,
     flag_value="auto",
     metavar="[FILE]",
-    help="Draw the waveforms into a .png, .svg or .pdf file.",
+    help="Draw the waveforms in a .png, .svg or .pdf file.",
 )
 @click.option("--dark", is_flag=True, help="Draw for a dark page.")
 @click.option(
@@ -53,7 +53,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     is_flag=False,
     flag_value="auto",
     metavar="[FILE]",
-    help="Write one self-contained .html page: waveforms to zoom, verdict, measures, deck.",
+    help="Write one self-contained .html page: waveforms to zoom into, verdict, measures, deck.",
 )
 @click.option(
     "--signals",
@@ -61,39 +61,41 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
     "signals",
     multiple=True,
     metavar="NAMES",
-    help='What to write, such as "v(out) i(r1)"; repeated, each is a panel of the picture.',
+    help='Signals to write, such as "v(out) i(r1)"; if repeated, each is a panel of the picture.',
 )
 @click.option("--tstop", type=NUMBER, metavar="T", help="End of transients [s].")
 @click.option(
     "--all-points",
     is_flag=True,
-    help="Rows at the solver's own points, and on both sides of each jump.",
+    help="Write rows at the solver's own points, and on both sides of each jump.",
 )
 @click.option(
     "--all",
     "everything",
     is_flag=True,
-    help="Simulate also what nothing that is saved or measured depends on.",
+    help="Also simulate parts that no saved or measured signal depends on.",
 )
-@click.option(
-    "--reltol", type=NUMBER, metavar="R", help="Error of one step where steps are controlled."
-)
+@click.option("--reltol", type=NUMBER, metavar="R", help="Error allowed in one step of sdirk.")
 @click.option(
     "--accuracy",
     type=click.Choice(["waveforms", "energy"]),
-    help="What errors of steps are measured by; energy: means and powers right, ringing damped.",
+    help="How step errors are measured; energy: means and powers accurate, small ringing damped.",
 )
 @click.option(
     "--tol",
     type=NUMBER,
     metavar="E",
-    help="Choose method and step for this error of the output, a share of each signal's range.",
+    help="Choose a method and step for this output error, relative to each signal's range.",
 )
 @click.option(
-    "--power", is_flag=True, help="Average powers of all elements of .pss and .tran, exact."
+    "--power", is_flag=True, help="Print exact average powers of all elements (.pss and .tran)."
 )
 @click.option(
-    "--load", "loads", multiple=True, metavar="NAME", help="The load, for the efficiency."
+    "--load",
+    "loads",
+    multiple=True,
+    metavar="NAME",
+    help="Element whose power counts as useful, for the efficiency.",
 )
 @click.option(
     "--refine", is_flag=True, help="Estimate the error of fixed steps by halving them twice."
@@ -101,7 +103,7 @@ _FILE = "CSV file, or .raw, .npz, .parquet, .h5 by its ending; - is standard out
 @click.option("--watch", is_flag=True, help="Run again whenever the deck is saved.")
 @solver_options
 @json_option
-@click.option("--force", is_flag=True, help="Replace files that nsspice has not written.")
+@click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
 def command(
@@ -254,7 +256,7 @@ class _Run:
                 Diagnostic(
                     "NS4009",
                     "there is nothing to draw: an operating point has a single row",
-                    hint="leave --plot out, or add a .tran or .dc analysis",
+                    hint="remove --plot, or add a .tran or .dc analysis",
                 )
             )
         return files
@@ -321,7 +323,7 @@ class _Run:
             raise UsageError(
                 Diagnostic(
                     "NS4003",
-                    f"standard output takes one table, the deck makes {len(self.jobs)}",
+                    f"standard output takes one table, but the deck makes {len(self.jobs)}",
                     hint="write files with -o NAME.csv, or keep one analysis in the deck",
                 )
             )

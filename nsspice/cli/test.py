@@ -15,14 +15,16 @@ from .report import print_json, say, show
 
 @click.command("test", short_help="check netlists against X.expect.toml")
 @click.argument("paths", nargs=-1, metavar="[NETLIST|FOLDER]...")
-@click.option("-k", "keyword", metavar="WORDS", help="Only netlists whose names match, by pytest.")
 @click.option(
-    "-n", "workers", metavar="N", help="Side by side on N cores, or auto, by pytest-xdist."
+    "-k", "keyword", metavar="WORDS", help="Only netlists whose names match (uses pytest)."
 )
-@click.option("--junit-xml", metavar="FILE", help="Write a JUnit report, by pytest.")
+@click.option(
+    "-n", "workers", metavar="N", help="Run in parallel on N cores, or auto (uses pytest-xdist)."
+)
+@click.option("--junit-xml", metavar="FILE", help="Write a JUnit report (uses pytest).")
 @json_option
 @click.option("-v", "--verbose", is_flag=True, help="List every check with its margin.")
-@click.option("-q", "--quiet", is_flag=True, help="Only what failed, and the count.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only failures and the count.")
 def command(
     paths: Sequence[str],
     keyword: str | None,
@@ -45,7 +47,7 @@ def command(
             Diagnostic(
                 "NS4012",
                 f"there is no .expect.toml file in {', '.join(paths) or 'this folder'}",
-                hint="write X.expect.toml beside X.net",
+                hint="write X.expect.toml next to X.net",
             )
         )
     if keyword is not None or workers is not None or junit_xml is not None:

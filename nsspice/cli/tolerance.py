@@ -14,11 +14,17 @@ from .report import print_json, show
 from .source import circuit_of
 
 
-@click.command("tolerance", short_help="tell what tolerances of parameters do to measures")
+@click.command("tolerance", short_help="show how parameter tolerances spread the measures")
 @click.argument("netlist")
-@click.option("--param", "params", multiple=True, metavar="NAME=5%", help="Spreads by so much.")
+@click.option(
+    "--param",
+    "params",
+    multiple=True,
+    metavar="NAME=5%",
+    help="Relative tolerance of this parameter.",
+)
 @click.option("--runs", type=int, default=200, show_default=True, help="Random runs.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of the random values.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the random values.")
 @confined_option
 @json_option
 def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: bool) -> None:

@@ -12,10 +12,22 @@ from .report import print_json, show
 from .source import circuit_of
 
 
-@click.command("tune", short_help="find parameters for which measures have given values")
+@click.command("tune", short_help="find parameters that bring measures to given values")
 @click.argument("netlist")
-@click.option("--param", "params", multiple=True, metavar="NAME=LOW:HIGH", help="May be changed.")
-@click.option("--goal", "goals", multiple=True, metavar="MEASURE=VALUE", help="What is wanted.")
+@click.option(
+    "--param",
+    "params",
+    multiple=True,
+    metavar="NAME=LOW:HIGH",
+    help="Parameter to change, with its bounds.",
+)
+@click.option(
+    "--goal",
+    "goals",
+    multiple=True,
+    metavar="MEASURE=VALUE",
+    help="Value that a measure should reach.",
+)
 @confined_option
 @json_option
 def command(netlist: str, params: Sequence[str], goals: Sequence[str], as_json: bool) -> None:

@@ -94,7 +94,7 @@ class Check(ABC):
         kind = self.analysis or solutions[0].analysis
         runs = [s for s in solutions if s.analysis == kind]
         if len(runs) < self.number:
-            return Outcome(self.text, False, f"the deck makes {len(runs)} runs of .{kind}")
+            return Outcome(self.text, False, f"the deck has {len(runs)} runs of .{kind}")
         try:
             return self.apply(runs[self.number - 1], netlist)
         except NotFound as why:
@@ -146,7 +146,7 @@ class ValueCheck(Check):
             low, high = bounds(solution)
             slack = 1e-12 * max(abs(low), abs(high))
             if not low - slack <= self.at <= high + slack:
-                raise NotFound(f"{self.at:g} lies outside the rows of the analysis")
+                raise NotFound(f"{self.at:g} is outside the rows of the analysis")
             found = value_at(solution, self.signal, self.at)
         else:
             name = self.statistic or "final"
@@ -232,7 +232,7 @@ class WaveformCheck(Check):
         if self.why:
             detail += f" ({self.why})"
         if np.isnan(error):
-            detail = "the waveforms have no common time"
+            detail = "the waveforms have no time in common"
         return Outcome(self.text, bool(error <= self.tolerance), detail, error, self.tolerance)
 
 
@@ -263,7 +263,7 @@ def check_from(item: Mapping[str, Any]) -> Check:
     ValueError: it needs tolerance
     """
     if not isinstance(item, Mapping):
-        raise ValueError("it must be a table, written below its own line [[check]]")
+        raise ValueError("it must be a table below its own line [[check]]")
     kind = next((k for k in ("measure", "impulse", "reference", "signal") if k in item), None)
     if kind is None:
         raise ValueError("it needs one of signal, measure, impulse, reference")
@@ -299,7 +299,7 @@ def check_from(item: Mapping[str, Any]) -> Check:
         )
     at, which = get.optional("at"), get.word("statistic", _STATISTICS)
     if at is not None and which is not None:
-        raise ValueError("at and statistic exclude each other")
+        raise ValueError("at and statistic cannot be used together")
     return ValueCheck(*common, signal, get.number("value"), at, which, *window)
 
 
@@ -312,7 +312,7 @@ class _Getter:
     def text(self, key: str) -> str:
         value = self.item.get(key)
         if not isinstance(value, str):
-            raise ValueError(f"it needs {key}" if value is None else f"{key} must be a text")
+            raise ValueError(f"it needs {key}" if value is None else f"{key} must be a string")
         return value
 
     def number(self, key: str, default: float | None = None) -> float:
@@ -328,7 +328,7 @@ class _Getter:
     def count(self, key: str) -> int:
         value = self.item.get(key, 1)
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise ValueError(f"{key} must be a whole number from 1 on")
+            raise ValueError(f"{key} must be a whole number of at least 1")
         return value
 
     def optional(self, key: str) -> float | None:

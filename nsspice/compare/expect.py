@@ -163,7 +163,7 @@ def _refusal(expected: Refusal, error: NsspiceError) -> list[Outcome]:
             )
         )
     outcomes += [
-        Outcome(f"message mentions {word!r}", word.lower() in text, f"it says: {error}")
+        Outcome(f"message mentions {word!r}", word.lower() in text, f"the message is: {error}")
         for word in expected.mentions
     ]
     return outcomes

@@ -120,7 +120,7 @@ def _params(file: Path, table: Any) -> dict[str, float]:
 def _text(file: Path, table: Mapping[str, Any], key: str) -> str | None:
     value = table.get(key)
     if value is not None and not isinstance(value, str):
-        raise _bad(file, f"{key} must be a text")
+        raise _bad(file, f"{key} must be a string")
     return value
 
 
@@ -131,7 +131,7 @@ def _names(path: Path) -> tuple[Path, Path]:
         for ending in (".net", ".cir", ".sp"):
             if (netlist := path.with_name(stem + ending)).exists():
                 return path, netlist
-        raise _bad(path, f"there is no netlist {stem}.net beside it")
+        raise _bad(path, f"there is no netlist {stem}.net next to it")
     return path.with_name(path.stem + _ENDING), path
 
 

@@ -103,7 +103,7 @@ def _nothing(table: Table, message: str) -> UsageError:
         Diagnostic(
             "NS4011",
             message,
-            hint=f'name pairs with --map "COLUMN=v(out)"; the columns are {columns}',
+            hint=f'name the pairs with --map "COLUMN=v(out)"; the columns are {columns}',
         )
     )
 
@@ -136,7 +136,7 @@ def compare_table(
         raise UsageError(
             Diagnostic(
                 "NS4011",
-                f"{table.path} and the simulation have no common {solution.axis_name}",
+                f"{table.path} and the simulation have no {solution.axis_name} in common",
                 hint="check --time, --from and --to",
             )
         )

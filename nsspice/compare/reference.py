@@ -75,9 +75,9 @@ def read_table(path: str | Path) -> Table:
     except (ValueError, csv.Error) as error:
         raise _unreadable(path, f"it is not a table of numbers ({error})") from error
     if not names or not rows:
-        raise _unreadable(path, "it holds no rows")
+        raise _unreadable(path, "it contains no rows")
     if any(len(row) != len(names) for row in rows):
-        raise _unreadable(path, "its rows differ in length from the header line")
+        raise _unreadable(path, "its rows and its header line differ in length")
     return Table(path, names, np.array(rows))
 
 

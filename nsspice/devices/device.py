@@ -86,7 +86,7 @@ class Context:
                 f"{who} a .model of type {needed}, but {first.model.name} is of type "
                 f"{first.model.type}",
                 first.span,
-                f"the card stands at {first.model.span}",
+                f"the card is at {first.model.span}",
             )
         for text, (first, *others) in self.switched.items():
             more = f" and {len(others)} more" if others else ""
@@ -96,12 +96,12 @@ class Context:
         if not self.idle_substrates:
             return
         first, *others = self.idle_substrates
-        what = f"the substrate of {first.name} carries no current: no effect of it is simulated"
+        what = f"the substrate of {first.name} carries no current: no effects are simulated"
         if others:
             more = f"{len(others)} more transistor{'s' if len(others) > 1 else ''}"
             what = (
-                f"the substrates of {first.name} and {more} carry no current: no effect of them "
-                "is simulated"
+                f"the substrates of {first.name} and {more} carry no current: none of their "
+                f"effects are simulated"
             )
         self.findings.warning("NS2052", what, first.span)
 
@@ -264,9 +264,10 @@ class Device(Carrier):
 
 #: what is written instead of a value that depends on signals
 _INSTEAD = {
-    "capacitance": "it may be a sum of common functions of its own voltage; else write the "
+    "capacitance": "it may be a sum of common functions of its own voltage; otherwise write the "
     "charge: Q={expression of x}, where x is the voltage across it",
-    "inductance": "it may be a sum of common functions of its own current; else write the flux: "
+    "inductance": "it may be a sum of common functions of its own current; otherwise write the "
+    "flux: "
     "Flux={expression of x}, where x is the current through it",
 }
 
@@ -274,9 +275,9 @@ _INSTEAD = {
 #: what is written instead of a value that other signals change
 _CHANGED = {
     "capacitance": "write Q={C*x}, x the voltage across it, if the charge stays where C changes; "
-    "if the voltage stays, a capacitor behind a switch",
+    "if the voltage stays, use a capacitor in series with a switch",
     "inductance": "write Flux={L*x}, x the current through it, if the flux stays where L changes; "
-    "if the current stays, an inductor beside a switch",
+    "if the current stays, use an inductor with a switch",
 }
 
 
@@ -347,7 +348,7 @@ def check_flags(device: type[Device], element: Element, findings: Findings) -> N
         elif word == "off":
             findings.warning(
                 "NS2052",
-                f"off of {element.name} is a starting hint that this program does not need",
+                f"off of {element.name} is a starting hint that is not needed here",
                 span,
             )
 

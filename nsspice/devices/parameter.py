@@ -134,7 +134,7 @@ class Table:
                 text = getattr(value, "text", value)
                 hint = "give a constant or an expression of parameters"
                 if isinstance(value, str) and _OPERATOR.search(value):
-                    hint = f"an expression goes into braces: {key}={{{value}}}"
+                    hint = f"put an expression in braces: {key}={{{value}}}"
                 message = f"{key} of {owner} must be a number, not {text}"
                 findings.error("NS2005", message, param.span, hint)
                 continue
@@ -142,7 +142,7 @@ class Table:
                 if value not in entry.neutral:
                     findings.error(
                         "NS2008",
-                        f"{key} of {owner} ({entry.meaning}) is not simulated by this version",
+                        f"{key} of {owner} ({entry.meaning}) is not simulated",
                         param.span,
                         entry.hint,
                     )
@@ -177,9 +177,11 @@ def limited(
     findings : Findings
     """
     if given.get(key, bound) > bound:
-        message = f"{key}={given[key]:g} of model {model.name} is taken as {bound:g}"
+        message = f"{key}={given[key]:g} of model {model.name} is limited to {bound:g}"
         span = model.params[key].span if key in model.params else model.span
-        findings.warning("NS2058", message, span, "a layer so steep has no charge when it conducts")
+        findings.warning(
+            "NS2058", message, span, "a junction this steep has no charge when it conducts"
+        )
         given[key] = bound
 
 

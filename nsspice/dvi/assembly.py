@@ -190,7 +190,7 @@ class _Writer:
         for k, row in enumerate(model.rows):
             if row.name in self.number:
                 raise wrong(
-                    "NS6001", f"{row.name} has two equations", "one equation for each unknown"
+                    "NS6001", f"{row.name} has two equations", "give one equation for each unknown"
                 )
             self.number[row.name] = k
         self.lam: dict[str, int] = {}
@@ -200,7 +200,7 @@ class _Writer:
                     raise wrong(
                         "NS6001",
                         f"{pair.name} is determined twice",
-                        "one condition for each multiplier",
+                        "give one condition for each multiplier",
                     )
                 self.lam[pair.name] = k
         self.columns = [row.name for row in model.rows]
@@ -299,7 +299,7 @@ class _Writer:
             for name in sorted(used - known):
                 raise wrong(
                     "NS6001",
-                    f"{name} stands in {owner} and has no equation of its own",
+                    f"{name} appears in {owner} but has no equation",
                     "give its rate, or a condition that determines it",
                 )
 

@@ -55,7 +55,7 @@ def from_circuit(circuit: Circuit, *, uic: bool = True) -> DLCP:
         )
     if not uic:
         raise wrong(
-            "NS6005", "a problem of states starts from its states", "run the circuit itself"
+            "NS6005", "a problem with states starts from its states", "run the circuit itself"
         )
     island = circuit.islands[0]
     mna = island.assemble()
@@ -63,7 +63,7 @@ def from_circuit(circuit: Circuit, *, uic: bool = True) -> DLCP:
     if system.smooth is not None or system.switches:
         raise wrong(
             "NS6005",
-            "the circuit holds smooth nonlinear laws or switches, which no DLCP has",
+            "the circuit contains smooth nonlinear laws or switches, which a DLCP cannot have",
             "nsspice.tran runs it",
         )
     try:
@@ -103,7 +103,7 @@ def _expression(waveform: Waveform) -> tuple[Expr, Expr]:
         angle = rate * t + phase
         return scale * (v[0] + v[1] * sin(angle)), scale * v[1] * rate * cos(angle)
     raise wrong(
-        "NS6005", f"a {waveform.kind} source is no sine of the time from the start on",
+        "NS6005", f"a {waveform.kind} source is not a sine of time from the start",
         "DC and SIN without delay and damping can be written as expressions",
     )  # fmt: skip
 
@@ -114,4 +114,4 @@ def _initial(mna: Any, name: str) -> float:
     for store in (*mna.capacitors, *mna.inductors):
         if store.name == element:
             return float(store.ic or 0.0)
-    raise wrong("NS6005", f"the state {name} is no element with an initial value", "")
+    raise wrong("NS6005", f"the state {name} is not an element with an initial value", "")

@@ -49,7 +49,7 @@ def complementarity(u: Any, w: Any) -> Complementarity:
     """
     left, right = as_vector(u), as_vector(w)
     if len(left) != len(right):
-        raise wrong("NS6003", f"{len(left)} multipliers stand beside {len(right)} expressions", "")
+        raise wrong("NS6003", f"{len(left)} multipliers for {len(right)} expressions", "")
     return Complementarity(tuple(left), tuple(right))
 
 
@@ -100,7 +100,7 @@ def contact(force: Expr, gap: Expr, restitution: float = 0.0) -> Contact:
     0.8
     """
     if not 0.0 <= restitution <= 1.0:
-        raise wrong("NS6003", f"a restitution of {restitution} makes or takes too much energy",
+        raise wrong("NS6003", f"a restitution of {restitution} creates or removes too much energy",
                     "give a number from 0 to 1")  # fmt: skip
     return Contact(force, gap, float(restitution))
 
@@ -130,7 +130,7 @@ def equation(unknown: Any, zero: Any) -> Equation:
     """
     left, right = as_vector(unknown), as_vector(zero)
     if len(left) != len(right):
-        raise wrong("NS6003", f"{len(left)} unknowns stand beside {len(right)} equations", "")
+        raise wrong("NS6003", f"{len(left)} unknowns for {len(right)} equations", "")
     return Equation(tuple(left), tuple(right))
 
 
@@ -166,9 +166,9 @@ def write_membership(model: Model, variables: list[Expr], K: Set, rows: Mapping[
         if len(variables) != 2:
             raise wrong(
                 "NS6005",
-                f"the second-order cone of {', '.join(u.name for u in variables)} is no "
-                "polyhedron, which this method needs",
-                "VI(...).solve takes it; elsewhere put a pyramid, a Polyhedron, in its place",
+                f"the second-order cone of {', '.join(u.name for u in variables)} is not a "
+                f"polyhedron, which this method needs",
+                "VI(...).solve accepts it; elsewhere replace it by a pyramid (a Polyhedron)",
             )
         K = K.polyhedron()
     if K.C.shape[1] != len(variables):

@@ -119,7 +119,7 @@ def _has_kink(node: Node) -> bool:
 def _not_convex(node: Node) -> Exception:
     return wrong(
         "NS6005",
-        f"the kink of {show(node)} is not that of a convex function of a linear form",
+        f"the kink of {show(node)} does not belong to a convex function of a linear form",
         "write phi as a sum of positive multiples of abs and maximum of linear forms",
     )
 
@@ -135,7 +135,7 @@ def minimise(problem: VI, start: dict[str, float]) -> Point:
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     for variables, K in problem.sets:
         if not isinstance(K, Cone):
-            raise wrong("NS6005", "descent along coordinates needs a product of intervals", "")
+            raise wrong("NS6005", "coordinate descent needs a product of intervals", "")
         for u in variables:
             k = names.index(u.name)
             low[k], high[k] = K.low, K.high
@@ -155,7 +155,7 @@ def minimise(problem: VI, start: dict[str, float]) -> Point:
             _check_gradient(slope, x, names)
     else:
         raise unsolved(
-            f"descent along the coordinates has not ended (last change {moved:.2g})",
+            f"coordinate descent has not converged (last change {moved:.2g})",
             "use solve()",
         )
     static = Static(problem.assembly)
@@ -183,7 +183,8 @@ def separable_kinks(problem: VI, names: Sequence[str]) -> list[Kinks]:
             if inner.smooth or set(inner.factors) != {names[k]} or weight * slope <= 0.0:
                 raise wrong(
                     "NS6005",
-                    f"{name} in component {k} is no kink of a convex function of {names[k]} alone",
+                    f"{name} in component {k} is not a kink of a convex function of {names[k]} "
+                    f"alone",
                     "use solve()",
                 )
             ends = sorted((weight * atom.low, weight * atom.high))
@@ -247,8 +248,8 @@ def _check_gradient(slope: Map, u: Floats, names: Sequence[str]) -> None:
         i, j = (int(v) for v in np.unravel_index(int(np.argmax(odd)), odd.shape))
         raise wrong(
             "NS6005",
-            f"g is no gradient: its derivatives d{names[i]}/d{names[j]} and "
-            f"d{names[j]}/d{names[i]} differ, which a minimum needs equal",
+            f"g is not a gradient: its derivatives d{names[i]}/d{names[j]} and "
+            f"d{names[j]}/d{names[i]} differ, but a minimum needs them equal",
             "use solve()",
         )
     if float(np.linalg.eigvalsh(0.5 * (J + J.T))[0]) < -1e-12 * size:

@@ -102,7 +102,7 @@ class DLCP(DVI):
         a = matrix(A, "A")
         n = a.shape[0]
         if a.shape[1] != n:
-            raise wrong("NS6003", f"A has the shape {a.shape}, and is not square", "")
+            raise wrong("NS6003", f"A has the shape {a.shape}, which is not square", "")
         d = matrix(D, "D")
         m = d.shape[0]
         a, d = matrix(a, "A", (n, n)), matrix(d, "D", (m, m))
@@ -121,7 +121,7 @@ class DLCP(DVI):
                          at=at, name=name)  # fmt: skip
         if self._mass is not None:
             if np.linalg.matrix_rank(self._mass) < n:
-                raise wrong("NS6003", "E is singular", "state algebraic equations by equation()")
+                raise wrong("NS6003", "E is singular", "write algebraic equations with equation()")
             labels = [item.name for item in x]
             self.model.mass = {
                 (labels[i], labels[j]): float(self._mass[i, j])

@@ -90,7 +90,9 @@ class DVI:
         states = [row.name for row in self.model.rows if row.state]
         for state_name in states:
             if state_name not in self.start:
-                raise wrong("NS6001", f"the state {state_name} has no start", "add it to start=")
+                raise wrong(
+                    "NS6001", f"the state {state_name} has no initial value", "add it to start="
+                )
         #: starts of unknowns without rates, which pick one of several selections
         self.guess = {k: v for k, v in self.start.items() if k not in states}
         self.start = {k: v for k, v in self.start.items() if k in states}
@@ -98,7 +100,9 @@ class DVI:
         self.assembly: Assembly = assemble(self.model, self.at)
         for given in self.guess:
             if given not in self.assembly.places:
-                raise wrong("NS6001", f"{given} has a start and no equation", "add its rate")
+                raise wrong(
+                    "NS6001", f"{given} has an initial value but no equation", "add its rate"
+                )
 
     @property
     def states(self) -> list[str]:
@@ -190,7 +194,7 @@ class DVI:
             if impacts.bounce:
                 raise wrong(
                     "NS6005",
-                    "fixed steps have no law of impacts with restitution",
+                    "fixed steps have no impact law with restitution",
                     "use method='auto' without theta, which locates impacts",
                 )
             return step_through(task, scheme, float(stop), step or stop / rows)

@@ -131,7 +131,7 @@ def create(
             if plan.method == "modewise":
                 raise wrong(
                     "NS6004",
-                    f"method='modewise' cannot treat the problem: {reason}",
+                    f"method='modewise' cannot handle the problem: {reason}",
                     "method='auto' chooses a method that can",
                 ) from reason
             method, note = "sdirk", f"not modewise: {reason}"
@@ -208,7 +208,7 @@ def run_interval(
     except UnsolvedStep as problem:
         raise _failure(assembly, problem) from problem
     if exact and stepper.statistics["fixed_steps"] > _FEW:
-        note = f"implicit steps of first order where {_trouble(stepper)}"
+        note = f"implicit first-order steps where {_trouble(stepper)}"
     return Interval(
         np.concatenate(blocks) if blocks else np.zeros((0, 1 + len(outputs))),
         [*([] if begin is None else [begin]), *stepper.jumps],
@@ -256,7 +256,7 @@ def _only(jump: Jump, outputs: Sequence[Functional], plan: Plan) -> Interval:
 
 def _trouble(stepper: Stepper) -> str:
     why = stepper.trouble if isinstance(stepper, ModewiseStepper) else None
-    return f"a mode could not be reduced: {why}" if why else "events piled up"
+    return f"a mode could not be reduced: {why}" if why else "events accumulated"
 
 
 def _closed(stepper: Stepper, contacts: Sequence[int]) -> bool:
@@ -289,10 +289,10 @@ def _failure(assembly: Assembly, problem: UnsolvedStep) -> Exception:
             named += f"{' and' if rows else ':'} the conditions of {', '.join(pairs)}"
         named += " contradict each other"
     elif problem.worst_row is not None:
-        named = f": the equation of {assembly.rows[problem.worst_row]} is not met"
+        named = f": the equation of {assembly.rows[problem.worst_row]} is violated"
     return unsolved(
         f"no solution at t = {time:.9g}{named}",
-        "check the start, and that the conditions can hold together",
+        "check the initial values, and that the conditions are compatible",
         time=time,
         residual=problem.residual,
     )

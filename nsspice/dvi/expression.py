@@ -84,7 +84,9 @@ class Expr:
             NS6002 if it is a compound expression.
         """
         if self.node.op != "var":
-            raise wrong("NS6002", f"{show(self.node)} is no variable", "name the variable itself")
+            raise wrong(
+                "NS6002", f"{show(self.node)} is not a variable", "name the variable itself"
+            )
         return str(self.node.value)
 
     def value(self, values: Mapping[str, Any]) -> Any:
@@ -149,7 +151,8 @@ class Expr:
     def __bool__(self) -> bool:
         raise wrong(
             "NS6002",
-            f"{show(self.node)} is no condition: its value is not known while the model is written",
+            f"{show(self.node)} is not a condition: its value is not known while the model is "
+            f"written",
             "use dvi.maximum, dvi.minimum or Sgn",
         )
 
@@ -205,7 +208,7 @@ class Expr:
 
 def _finite(value: float) -> float:
     if not np.isfinite(value):
-        raise wrong("NS6002", f"{value} stands in an expression", "give finite numbers")
+        raise wrong("NS6002", f"{value} appears in an expression", "give finite numbers")
     return value
 
 

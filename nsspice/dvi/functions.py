@@ -83,7 +83,7 @@ class FunctionDVI:
         if not isinstance(sets, Sequence) or not all(
             isinstance(part, Cone | SecondOrderCone) for part in sets
         ):
-            raise wrong("NS6005", "K of a function is an interval or a second-order cone", "")
+            raise wrong("NS6005", "K of a function must be an interval or a second-order cone", "")
         whole = np.arange(n, n + m)
         self._blocks: list[tuple[npt.NDArray[np.int64], Set]]
         if isinstance(K, SecondOrderCone):

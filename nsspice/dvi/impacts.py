@@ -144,9 +144,9 @@ class Impacts:
             names = ", ".join(assembly.pairs[k] for k in coefficients)
             raise wrong(
                 "NS6005",
-                f"at t = {turn.time + assembly.offset:.9g} contacts of different restitution are "
-                f"hit together with what is no condition on states alone ({names}), for which no "
-                "law is given",
+                f"at t = {turn.time + assembly.offset:.9g} contacts with different restitution "
+                f"are hit together with a condition that is not on states alone ({names}), for "
+                f"which there is no impact law",
                 "give them one coefficient",
             )
         weight = 1.0 + next(iter(coefficients.values()))
@@ -220,7 +220,7 @@ def _told(name: str, e: float, time: float, flight: float) -> Diagnostic:
         "NS6031",
         f"the impacts of {name} accumulate at t = {time + flight * e / (1.0 - e):.12g}, and "
         "the contact lasts until something lifts it",
-        hint="nothing is to be done: infinitely many impacts end in a finite time",
+        hint="nothing to do: infinitely many impacts can end in finite time",
         severity="warning",
     )
 
@@ -242,7 +242,8 @@ def check_start(model: Model, start: Mapping[str, float], at: float) -> None:
         if found < -ROUNDING * max(size, abs(found) * 1e-3):
             raise wrong(
                 "NS6005",
-                f"the start violates the condition of {name}: its slack is {found:.6g}, and no "
+                f"the initial values violate the condition of {name}: its slack is {found:.6g}, "
+                f"and no "
                 "impulse changes it",
                 "start where the slack is not negative",
             )

@@ -107,7 +107,7 @@ class StepProblem:
             raise unsolved(
                 f"the step to t = {time:.9g} has no solution (residual "
                 f"{max(found.residual_rows, found.residual_complementarity):.2g})",
-                "take a shorter step, or theta=1",
+                "use a shorter step, or theta=1",
                 time=time,
                 residual=found.residual_rows,
             )
@@ -163,8 +163,9 @@ class StepProblem:
                 return z, lam
             change = moved
         raise unsolved(
-            f"Newton's method does not end in the step to t = {time:.9g} (last change {moved:.2g})",
-            "take a shorter step",
+            f"Newton's method does not converge in the step to t = {time:.9g} (last change "
+            f"{moved:.2g})",
+            "use a shorter step",
             time=time,
         )
 

@@ -44,11 +44,13 @@ def solve_by_projection(problem: VI, start: dict[str, float], at: float) -> Poin
     """
     names = [u.name for u in problem.unknowns]
     if any(part.atoms for part in problem.g):
-        raise wrong("NS6005", "set-valued terms stand beside a curved set", "write them as sets")
+        raise wrong(
+            "NS6005", "set-valued terms cannot be combined with a curved set", "write them as sets"
+        )
     blocks = []
     for variables, K in problem.sets:
         if not isinstance(K, Cone | SecondOrderCone):
-            raise wrong("NS6005", "a polyhedron stands beside a curved set or a Python function",
+            raise wrong("NS6005", "a polyhedron cannot be combined with a curved set or a function",
                         "write g as Expr, or K as intervals")  # fmt: skip
         index = [names.index(u.name) for u in variables]
         groups = [index] if isinstance(K, SecondOrderCone) else [[k] for k in index]
@@ -146,7 +148,7 @@ def newton(g: Map, jacobian: Map, blocks: Blocks, u: Floats) -> tuple[Floats, fl
     if best_residual > 1e-9:
         raise unsolved(
             f"no solution was found (natural residual {best_residual:.2g})",
-            "give a start near the solution; a monotone g has one",
+            "give a starting point near the solution; a monotone g has one",
             residual=best_residual,
         )
     return best, best_residual

@@ -114,7 +114,7 @@ class Reduced:
         M = system.D.dense() + system.B.dense() @ inverse[0] @ system.A.dense()
         if not is_p_matrix(M):
             names = ", ".join(self._problem.assembly.pairs)
-            return False, f"the matrix of the pairs {names} is no P-matrix"
+            return False, f"the matrix of the pairs {names} is not a P-matrix"
         return True, ""
 
     def run(self, stop: float, *, rows: int = 1000, reltol: float = 2.5e-14) -> Solution:
@@ -242,6 +242,6 @@ def reduce(problem: DVI) -> Reduced:
         raise wrong(
             "NS6005",
             f"the problem does not reduce to an ordinary differential equation: {why}",
-            "run() treats it as a differential inclusion",
+            "run() solves it as a differential inclusion",
         )
     return out

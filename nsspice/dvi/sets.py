@@ -135,7 +135,7 @@ def matrix(value: Any, name: str, shape: tuple[int, int] | None = None) -> Float
     try:
         out = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise wrong("NS6003", f"{name} is no matrix of numbers", "") from None
+        raise wrong("NS6003", f"{name} is not a matrix of numbers", "") from None
     if out.ndim == 0 and (shape is None or shape == (1, 1)):
         out = out.reshape(1, 1)
     if out.ndim == 1 and shape is not None and out.size == shape[0] * shape[1]:
@@ -144,7 +144,7 @@ def matrix(value: Any, name: str, shape: tuple[int, int] | None = None) -> Float
         needed = "two axes" if shape is None else f"the shape {shape}"
         raise wrong("NS6003", f"{name} has the shape {out.shape}; it needs {needed}", "")
     if not np.isfinite(out).all():
-        raise wrong("NS6003", f"{name} has entries that are no finite numbers", "")
+        raise wrong("NS6003", f"{name} has entries that are not finite numbers", "")
     return out
 
 
@@ -159,7 +159,7 @@ def vector(value: Any, name: str, size: int | None = None) -> Floats:
     try:
         out = np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
-        raise wrong("NS6003", f"{name} is no vector of numbers", "") from None
+        raise wrong("NS6003", f"{name} is not a vector of numbers", "") from None
     if out.ndim == 0:
         out = np.full(1 if size is None else size, float(out))
     out = out.reshape(-1) if out.ndim == 2 and 1 in out.shape else out
@@ -167,5 +167,5 @@ def vector(value: Any, name: str, size: int | None = None) -> Floats:
         needed = "one axis" if size is None else f"the shape ({size},)"
         raise wrong("NS6003", f"{name} has the shape {out.shape}; it needs {needed}", "")
     if not np.isfinite(out).all():
-        raise wrong("NS6003", f"{name} has entries that are no finite numbers", "")
+        raise wrong("NS6003", f"{name} has entries that are not finite numbers", "")
     return out

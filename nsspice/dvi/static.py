@@ -140,7 +140,7 @@ class Static:
         for name, value in start.items():
             place = self.assembly.places.get(name)
             if place is None:
-                raise wrong("NS6001", f"{name} has a start and is no unknown", "")
+                raise wrong("NS6001", f"{name} has an initial value but is not an unknown", "")
             for j, _ in place.z:
                 z[j] = value
             for j, _ in place.lam:
@@ -222,8 +222,8 @@ class Static:
         if m > MODES:
             raise wrong(
                 "NS6005",
-                f"{m} pairs have {2**m:.2g} modes, which are too many to look at",
-                "solve() finds one solution from a start",
+                f"{m} pairs have {2**m:.2g} modes, which are too many to enumerate",
+                "solve() finds one solution from a starting point",
             )
         G, A, B, D = (x.dense() for x in (system.G, system.A, system.B, system.D))
         data = self.assembly.data(np.array([time]))[0]
@@ -288,6 +288,6 @@ class Static:
         shown = ", ".join(rows[:4]) + (" ..." if len(rows) > 4 else "")
         return unsolved(
             f"no solution was found at t = {time:.9g} for the unknowns {shown}",
-            "give a start near the solution, or ask .verdict() whether there is one",
+            "give a starting point near the solution, or call .verdict() to see whether one exists",
             time=time,
         )

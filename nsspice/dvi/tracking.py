@@ -79,14 +79,14 @@ def track(
     """Follow a path; see :meth:`nsspice.dvi.VI.track`."""
     grid = np.ascontiguousarray(times, dtype=np.float64)
     if grid.ndim != 1 or grid.size < 1 or not np.all(np.diff(grid) > 0.0):
-        raise wrong("NS6004", "the times of a path must rise", "as np.linspace(0, 1, 101)")
+        raise wrong("NS6004", "the times of a path must increase", "as np.linspace(0, 1, 101)")
     if predictor not in ("data", "rate"):
         raise wrong("NS6004", f"there is no predictor {predictor!r}", "choose data or rate")
     if correctors is not None and not (isinstance(correctors, int) and correctors >= 0):
-        raise wrong("NS6004", f"{correctors!r} correctors", "give a number from 0 on")
+        raise wrong("NS6004", f"{correctors!r} correctors", "give 0 or more")
     if problem.curved:
         raise wrong(
-            "NS6005", "a path over a curved set or of a Python function is not followed", ""
+            "NS6005", "paths over curved sets or of Python functions cannot be followed", ""
         )
     static = Static(problem.assembly)
     if start is None:
@@ -210,8 +210,8 @@ def _lost(
                 modulus, unknown = found, name
             if here == end:
                 return unsolved(
-                    f"Newton's method does not follow the step to t = {end:.9g}; shorter ones do",
-                    "take a finer grid, or more correctors",
+                    f"Newton's method fails in the step to t = {end:.9g}; shorter steps succeed",
+                    "use a finer grid, or more correctors",
                     time=end,
                 )
         else:

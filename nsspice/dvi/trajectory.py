@@ -189,9 +189,9 @@ def step_through(task: Task, scheme: Scheme, stop: float, step: float) -> Soluti
         warnings.append(
             Diagnostic(
                 "NS6030",
-                "variant 2 takes the variational inequality at the old state: without a regular "
+                "variant 2 uses the variational inequality at the old state: without a regular "
                 "D its multipliers chatter and do not converge",
-                hint="variant=1 holds it at the new state",
+                hint="use variant=1: it holds at the new state",
                 severity="warning",
             )
         )
@@ -240,6 +240,6 @@ def check_run(stop: float, rows: int, step: float | None) -> None:
     if not (np.isfinite(stop) and stop > 0.0):
         raise wrong("NS6004", f"a run cannot last {stop} s", "give a positive length of time")
     if not (isinstance(rows, int) and rows >= 1):
-        raise wrong("NS6004", f"{rows!r} rows are no number of rows", "give a whole number")
+        raise wrong("NS6004", f"{rows!r} is not a number of rows", "give a whole number")
     if step is not None and not (np.isfinite(step) and step > 0.0):
         raise wrong("NS6004", f"a step cannot be {step}", "give a positive step")

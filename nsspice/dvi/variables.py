@@ -43,7 +43,7 @@ def _vector(name: str, size: int | None) -> Any:
     if size is None:
         return Expr(var(name))
     if size < 1:
-        raise wrong("NS6002", f"{name} has {size} components", "give a number from 1 on")
+        raise wrong("NS6002", f"{name} has {size} components", "give 1 or more")
     out = np.empty(size, dtype=object)
     for k in range(size):
         out[k] = Expr(var(f"{name}[{k}]"))
@@ -52,15 +52,15 @@ def _vector(name: str, size: int | None) -> Any:
 
 def _check(name: str) -> None:
     if not name.replace("_", "").isalnum() or not name[0].isalpha():
-        raise wrong("NS6001", f"{name!r} is no name of a variable", "use letters, digits and _")
+        raise wrong("NS6001", f"{name!r} is not a valid variable name", "use letters, digits and _")
     if name != name.lower():
         raise wrong(
             "NS6001",
-            f"the name {name} has capital letters, which signals do not tell from small ones",
+            f"the name {name} has capital letters, which signal names do not distinguish",
             f"name it {name.lower()}",
         )
     if name in ("t", "time"):
-        raise wrong("NS6001", f"{name} is the name of the time", "take another")
+        raise wrong("NS6001", f"{name} is the name of time", "use another name")
 
 
 def unknowns(name: str, size: int | None = None) -> Any:

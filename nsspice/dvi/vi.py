@@ -89,7 +89,7 @@ class VI:
                     "NS6003",
                     f"g has {len(self.g)} components for {len(self.unknowns)} unknowns: "
                     f"{', '.join(u.name for u in self.unknowns[:6])}",
-                    "one for each; say of= which",
+                    "give one for each; of= names the unknowns",
                 )
         self._assembly: Assembly | None = None
 
@@ -122,7 +122,7 @@ class VI:
         for variables, K in self.sets:
             for u in variables:
                 if u.name not in rows:
-                    raise wrong("NS6001", f"{u.name} has a set and no component of g", "")
+                    raise wrong("NS6001", f"{u.name} has a set but no component of g", "")
             write_membership(model, variables, K, rows)
 
     @property
@@ -301,7 +301,9 @@ class VI:
             values = np.full(len(self.unknowns), values[0])
         if values.size != len(self.unknowns):
             raise wrong(
-                "NS6003", f"the start has {values.size} entries for {len(self.unknowns)}", ""
+                "NS6003",
+                f"the initial point has {values.size} entries for {len(self.unknowns)}",
+                "",
             )
         return {u.name: float(v) for u, v in zip(self.unknowns, values, strict=True)}
 

@@ -90,7 +90,9 @@ class Findings:
         found = list(self.errors)
         if self._dropped:
             message = f"{self._dropped} more errors are not shown"
-            found.append(Diagnostic("NS1099", message, None, "mend the first ones and run again"))
+            found.append(
+                Diagnostic("NS1099", message, None, "correct the first ones and run again")
+            )
         error = NetlistError(found)
         error.partial = partial
         raise error

@@ -174,7 +174,9 @@ def _parse(
     if _ELEMENT_LIKE.match(rows[0]) or re.match(r"\s*\.(?!title)[a-z]+", rows[0], re.I):
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
         hint = "put a title line above it"
-        findings.warning("NS1092", "the first line is the title and not simulated", place, hint)
+        findings.warning(
+            "NS1092", "the first line is treated as the title, so it is not simulated", place, hint
+        )
     files = FileReader(findings, directory if confined else None)
     lines = chain(files.main(rows, file, directory), logical_lines(list(added), _ADDED))
     block = build(lines, findings)
@@ -198,7 +200,7 @@ def _parse(
     if not deck.elements and not findings.errors:
         where = Span(file, 1, 1, 1, rows[0])
         hint = "the first line is the title; elements start in line 2"
-        findings.error("NS1091", "the netlist holds no elements", where, hint)
+        findings.error("NS1091", "the netlist contains no elements", where, hint)
     statement.SHAPES.keep()
     expression_parser.SHAPES.keep()
     findings.raise_errors(deck)
@@ -222,8 +224,8 @@ def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:
     sweeps = [sweep for card in deck.analyses if isinstance(card, DcCard) for sweep in card.sweeps]
     swept = [sweep for sweep in (*deck.steps, *sweeps) if sweep.kind == "temp"]
     if swept and scope.used_temper:
-        message = f"temper in parameters and values is {deck.temperature:g}, also while it is swept"
-        hint = "tc1= of a resistor follows the sweep; so does temper in a B source"
+        message = f"temper in parameters and values is {deck.temperature:g}, even while it is swept"
+        hint = "use tc1= of a resistor, or temper in a B source: these follow the sweep"
         findings.warning("NS1084", message, swept[0].span, hint)
 
 

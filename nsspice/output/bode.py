@@ -40,7 +40,7 @@ def draw_bode(solution: Solution, columns: Sequence[str] | None = None) -> Any:
         raise UsageError(
             Diagnostic(
                 "NS4009",
-                "there is nothing to draw: a response needs two frequencies above zero",
+                "there is nothing to draw: a response needs at least two frequencies above zero",
                 hint="add frequencies to the card",
             )
         )

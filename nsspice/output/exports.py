@@ -123,8 +123,8 @@ def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = N
         raise UsageError(
             Diagnostic(
                 "NS4008",
-                f"{path}: tables are not written as {suffix or 'a file without ending'}",
-                hint=f"end the name in .csv, .raw, {', '.join(_FORMATS)}",
+                f"{path}: tables cannot be written as {suffix or 'a file without an extension'}",
+                hint=f"use the extension .csv, .raw, {', '.join(_FORMATS)}",
             )
         )
 

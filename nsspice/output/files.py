@@ -56,16 +56,16 @@ def check_table_format(path: Path) -> None:
     >>> check_table_format(Path("a.xlsx"))
     Traceback (most recent call last):
     ...
-    nsspice.errors.UsageError: error NS4008: a.xlsx: tables are not written as .xlsx
-      hint: end the name in .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv
+    nsspice.errors.UsageError: error NS4008: a.xlsx: tables cannot be written as .xlsx
+      hint: use the extension .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv
     """
     suffix = path.suffix.lower()
     if suffix not in _OTHER_FORMATS | _PICTURES:
         return
-    hint = "end the name in .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv"
+    hint = "use the extension .csv, .raw, .npz, .parquet or .h5; spreadsheets read .csv"
     if suffix in _PICTURES:
         hint = f"draw a picture with --plot {path}"
-    message = f"{path}: tables are not written as {suffix}"
+    message = f"{path}: tables cannot be written as {suffix}"
     raise UsageError(Diagnostic("NS4008", message, hint=hint))
 
 
@@ -110,7 +110,7 @@ def check_target(path: Path, inputs: Iterable[Path] = (), force: bool = False) -
             raise OutputError(
                 Diagnostic(
                     "NS4018",
-                    f"{path} exists, and nsspice has not written it",
+                    f"{path} exists and was not written by nsspice",
                     hint="choose another name with -o FILE, or replace it with --force",
                 )
             )
@@ -132,5 +132,5 @@ def check_room(path: Path, rows: int) -> None:
     free = shutil.disk_usage(path.parent).free
     if 4 * rows > free:
         message = f"cannot write {path}: {rows:.3g} rows need more than the {free:.3g} bytes free"
-        hint = "take rows that are farther apart: the first number of .tran is their distance"
+        hint = "write fewer rows: the first number of .tran is their distance"
         raise OutputError(Diagnostic("NS4001", message, hint=hint))

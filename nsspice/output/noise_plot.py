@@ -32,7 +32,7 @@ def draw_noise(solution: Solution) -> Any:
         raise UsageError(
             Diagnostic(
                 "NS4009",
-                "there is nothing to draw: noise needs two frequencies above zero",
+                "there is nothing to draw: noise needs at least two frequencies above zero",
                 hint="add frequencies to the card",
             )
         )

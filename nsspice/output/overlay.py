@@ -90,8 +90,8 @@ def overlay(
         raise UsageError(
             Diagnostic(
                 "NS4009",
-                "there is nothing to draw: no table has such a signal",
-                hint="name signals of the header lines with --signals",
+                "there is nothing to draw: no table has these signals",
+                hint="name signals from the header lines with --signals",
             )
         )
     figure = new_figure()

@@ -47,8 +47,8 @@ def check_format(path: str | Path) -> None:
         raise UsageError(
             Diagnostic(
                 "NS4008",
-                f"cannot tell the picture format from the name {path}",
-                hint="end it in .png, .svg or .pdf",
+                f"the picture format is not clear from the name {path}",
+                hint="use the extension .png, .svg or .pdf",
             )
         )
 

@@ -132,7 +132,7 @@ def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
     content = Path(path).read_bytes()
     found = re.search(rb"^(Binary|Values):[ \t]*\r?\n", content[:_HEAD], re.MULTILINE)
     if found is None:
-        raise ValueError(f"{path} is no raw file: it has no line Binary: or Values:")
+        raise ValueError(f"{path} is not a raw file: it has no line Binary: or Values:")
     lines = content[: found.start()].decode("utf-8", "replace").splitlines()
     fields = {}
     for line in lines:
@@ -142,11 +142,11 @@ def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
     try:
         count, points = int(fields["no. variables"]), int(fields["no. points"])
     except (KeyError, ValueError):
-        raise ValueError(f"{path} is no raw file: its numbers are missing") from None
+        raise ValueError(f"{path} is not a raw file: its numbers are missing") from None
     first = 1 + next(k for k, line in enumerate(lines) if line.lower().startswith("variables:"))
     names = [line.split()[1] for line in lines[first : first + count]]
     if len(names) < count:
-        raise ValueError(f"{path} is no raw file: it names {len(names)} of {count} variables")
+        raise ValueError(f"{path} is not a raw file: it names {len(names)} of {count} variables")
     width = 2 if "complex" in fields.get("flags", "") else 1
     body = content[found.end() :]
     if found.group(1) == b"Values":

@@ -89,8 +89,8 @@ def _certificate(c: Certificate) -> list[str]:
         lines[0] += f", worst at {c.worst}"
     if c.skipped:
         lines.append(
-            f"  not simulated: {c.skipped}: nothing that is saved or measured depends on them "
-            "(--all simulates them)"
+            f"  not simulated: {c.skipped}: no saved or measured signal depends on them (--all "
+            f"simulates them)"
         )
     e = c.energy
     if e is not None and (e.steps or e.complete):
@@ -100,24 +100,24 @@ def _certificate(c: Certificate) -> list[str]:
         shown = [number(v if abs(v) > nothing else 0.0, "J") for v in parts]
         lines.append(
             f"  energy{part}: delivered {shown[0]}, dissipated {shown[1]}, stored {shown[2]}, "
-            f"lost in jumps {shown[3]}, taken by the scheme {shown[4]} "
+            f"lost in jumps {shown[3]}, numerical damping {shown[4]} "
             f"(error {e.drift:.1e})"
         )
     if c.late > 1.0:
         lines.append(
-            "  tolerance given up: the control of a switch that chatters had passed its threshold "
-            f"by {c.late:.2g} times as much before it was looked at"
+            "  tolerance not met: the control of a chattering switch overshot its threshold by "
+            f"{c.late:.2g} times the tolerance before it was sampled"
         )
     if c.several:
         names = ", ".join(c.several[:_LISTED]) + (", ..." if len(c.several) > _LISTED else "")
         lines.append(
-            f"  several solutions are possible ({names}): the one nearest to the step before "
-            "was taken"
+            f"  several solutions are possible ({names}): the one nearest to the previous step "
+            f"was chosen"
         )
     if c.undetermined:
         lines.append(
-            f"  not unique in {_count(c.undetermined, 'step')}: the laws leave a voltage or "
-            "current open there, the value nearest to the step before was taken"
+            f"  not unique in {_count(c.undetermined, 'step')}: the laws do not determine a "
+            f"voltage or current there; the value nearest to the previous step was chosen"
         )
     return lines
 
@@ -137,7 +137,7 @@ def _periodic(p: Periodic) -> list[str]:
 def _powers(table: LossTable) -> list[str]:
     """Return the powers of all elements and the efficiency."""
     efficiency = "" if table.efficiency is None else f", efficiency {100 * table.efficiency:.6g} %"
-    switching = f", in switchings {number(table.switching, 'W')}" if table.switching else ""
+    switching = f", in switching {number(table.switching, 'W')}" if table.switching else ""
     lines = [
         f"  average powers: delivered {number(table.delivered, 'W')}, useful "
         f"{number(table.useful, 'W')}, lost {number(table.lost, 'W')}, in jumps "
@@ -176,7 +176,7 @@ def _spectrum(spectrum: Spectrum) -> list[str]:
 def _sensitivities(found: list[Sensitivity]) -> list[str]:
     """Return what a change of each element by 1 % does to averages."""
     what = "measures" if found[0].error is not None else "averages"
-    lines = [f"  {what}, and their change for a change of 1 % (of a source of 0: by 1 unit):"]
+    lines = [f"  {what}, and their change for a change of 1 % (for a source of 0: by 1 unit):"]
     for s in found[:_POWERS]:
         symbol = unit(s.signal) if s.error is None else ""
         change = 0.01 * s.relative if s.value else s.derivative

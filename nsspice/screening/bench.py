@@ -72,7 +72,7 @@ class Bench:
             raise UsageError(
                 Diagnostic(
                     "NS4040",
-                    f"the deck itself cannot be compared with: {whole.problem}",
+                    f"the deck itself cannot be used as a reference: {whole.problem}",
                     hint="nsspice run it first",
                 )
             )

@@ -107,7 +107,7 @@ class EffectsReport:
         lines = [f"{self.title}: {len(self.rows)} effects, {self.runs} runs"]
         if math.isfinite(self.compared):
             until = number(self.compared, "s", 3)
-            lines.append(f"  compared up to {until}; recommended after a run to the end")
+            lines.append(f"  compared up to {until}; the recommendation is confirmed by a full run")
         lines.append("")
         lines.append(
             f"  {'effect':<{width}}  {'parameter':<22} {'change':>9}  {'faster':>7}  verdict"
@@ -122,16 +122,16 @@ class EffectsReport:
             )
         lines.append("")
         if self.interrupted:
-            lines.append("  interrupted: the search had not come to its end")
+            lines.append("  interrupted: the search is not complete")
         if self.dropped:
             before, after = (", ".join(m) for m in self.methods)
             lines.append(
-                f"  without what can be dropped: {self.factor:.1f} times faster "
+                f"  without the effects that can be dropped: {self.factor:.1f} times faster "
                 f"({number(self.seconds[0], 's', 3)}, {before} -> "
                 f"{number(self.seconds[1], 's', 3)}, {after}), measures within {self.change:.1e}"
             )
         else:
-            lines.append("  nothing can be dropped within the tolerance that saves time")
+            lines.append("  no effect can be dropped within the tolerance and save time")
         for name, value in self.reference.items():
             lines.append(
                 f"    {name} = {value:.9g}, recommended {self.values.get(name, math.nan):.9g}"
@@ -186,7 +186,7 @@ class EffectsReport:
         bare = _made_bare(deck, self.dropped)
         for edit in sorted(self.dropped, key=lambda e: (e.span.line, e.span.column), reverse=True):
             note = (
-                f"* left out: {edit.name} ({edit.parameter}), "
+                f"* removed: {edit.name} ({edit.parameter}), "
                 f"which changes measures by {rows[edit].change:.1e}"
             )
             if edit.span.file != deck.file:

@@ -101,7 +101,7 @@ class Auditor:
         stored: Floats,
         gave: float | None = None,
     ) -> float:
-        """Return the relative error of the balance of charge and flux over a jump.
+        """Return the relative balance error of charge and flux over a jump.
 
         What moved into each row, shape (n,), plus what impulses brought there vanishes, but for
         what the sources gave while it lasted; ``stored`` is the size of what was there.  In a

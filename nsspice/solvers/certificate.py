@@ -264,8 +264,8 @@ def _smallest_proof(
         from scipy.optimize import linprog
         from scipy.sparse import coo_array, csr_array, hstack, vstack
     except ImportError:
-        message = "a step was not solved, and only scipy could tell whether it has a solution"
-        hint = "install scipy: the message then names the elements that contradict each other"
+        message = "a step was not solved, and scipy is needed to decide whether it has a solution"
+        hint = "pip install scipy: the message then names the elements that contradict each other"
         raise NumericalError(Diagnostic("NS3010", message, None, hint)) from None
 
     size = n + m

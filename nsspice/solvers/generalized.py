@@ -78,7 +78,7 @@ class RegularityLost(UnsolvedStep):
         sensitive = f"; z[{unknown}] moves by {modulus:.3g} per unit of p there" if after else ""
         self.args = (
             f"the path of solutions is lost{after}{sensitive}; at {time!r} the equations are off "
-            f"by {residual:.2g} of their terms: take a smaller step, or end the path before",
+            f"by {residual:.2g} of their terms: use a smaller step, or end the path earlier",
         )
 
 

@@ -91,7 +91,7 @@ def solve_mlcp(
         start = (_vector("start[0]", start[0], n), _vector("start[1]", start[1], m))
     for name, matrix in zip("KABD", (K, A, B, D), strict=True):
         if not np.isfinite(matrix.data).all():
-            raise ValueError(f"{name} has entries that are no numbers")
+            raise ValueError(f"{name} has entries that are not numbers")
     scales = Scales.of_pairs(K, A, B, D)
     if scales is not None:
         K, A, B, D, b, q, start = scales.problem(K, A, B, D, b, q, start)
@@ -122,7 +122,7 @@ def _vector(name: str, values: Floats, size: int) -> Floats:
     if out.shape != (size,):
         raise ValueError(f"{name} has the shape {out.shape}, the matrices need ({size},)")
     if not np.isfinite(out).all():
-        raise ValueError(f"{name} has entries that are no numbers")
+        raise ValueError(f"{name} has entries that are not numbers")
     return out
 
 

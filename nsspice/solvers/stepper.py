@@ -71,7 +71,7 @@ def check_plan(start: float, stop: float, step: float, out_start: float, out_ste
     >>> check_plan(0.0, 1.0, -0.1, 0.0, 0.1)
     Traceback (most recent call last):
     ...
-    ValueError: step is -0.1: a length of time above zero is needed
+    ValueError: step is -0.1: a positive time is needed
     """
     for name, instant in (("start", start), ("stop", stop), ("out_start", out_start)):
         if not math.isfinite(instant):
@@ -80,7 +80,7 @@ def check_plan(start: float, stop: float, step: float, out_start: float, out_ste
         raise ValueError(f"stop is {stop:g}: it must not come before start, {start:g}")
     for name, length in (("step", step), ("out_step", out_step)):
         if not length > 0.0:
-            raise ValueError(f"{name} is {length:g}: a length of time above zero is needed")
+            raise ValueError(f"{name} is {length:g}: a positive time is needed")
 
 
 def restless(failure: Mapping[str, Any]) -> UnsolvedStep:

@@ -116,7 +116,7 @@ def tune(
     _need_parameters(circuit, names)
     low, high = (np.array([bounds[k] for bounds in parameters.values()]) for k in (0, 1))
     if not names or not wanted or not np.all(low < high):
-        message = "tuning needs parameters with bounds, the lower one first, and goals"
+        message = "tuning needs goals, and parameters with bounds (lower bound first)"
         raise UsageError(Diagnostic("NS4005", message, hint="as in don=0.1:0.9 and v_avg=12"))
     runs = 0
 

@@ -35,7 +35,7 @@ class Certificate:
     energy : Energy or None
         Balance of the recorded steps, None where nothing stores energy.
     jumps : float
-        Worst relative error of the balance of charge and flux over a jump.
+        Worst relative balance error of charge and flux over a jump.
     worst : str
         The law that is satisfied worst: ``node a``, ``l1``.
     taken : float

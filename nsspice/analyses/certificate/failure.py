@@ -60,8 +60,8 @@ def named_failure(
         return _no_convergence(circuit, mna, problem, where, starting and not given)
     if certificate is None:
         message = (
-            f"no solution was found {where}, and no contradiction either: "
-            f"the best relative residual is {problem.residual:.1e}"
+            f"no solution was found {where}, and no contradiction either: the best relative "
+            f"residual is {problem.residual:.1e}"
         )
         return StepError(
             Diagnostic("NS3002", message, None, "try another step; please report this deck"),
@@ -99,10 +99,11 @@ def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: st
     return StepError(
         Diagnostic(
             "NS3007",
-            f"{name} has no state {where}: open it is told to close, closed to open",
+            f"{name} has no consistent state {where}: when open it is told to close, when closed "
+            f"to open",
             _span(circuit, [name]),
-            "nothing stores what it switches: give it hysteresis (VH), or a capacitor that delays "
-            "its control",
+            "no stored quantity delays its control: give it hysteresis (VH), or a capacitor that "
+            "delays its control",
         ),
         time=problem.time,
         residual=problem.residual,
@@ -115,12 +116,12 @@ def chatter(circuit: Circuit, elements: Sequence[str], interval: float) -> Diagn
     chatters, reacts = ("chatters", "it reacts") if one else ("chatter", "they react")
     return Diagnostic(
         "NS3052",
-        f"{_list(elements)} {chatters}: without hysteresis, what a switch does takes its own "
-        f"control back across the threshold at once; {reacts} at multiples of {interval:.3g} s "
+        f"{_list(elements)} {chatters}: without hysteresis, each change immediately drives its "
+        f"own control back across the threshold; {reacts} at multiples of {interval:.3g} s "
         "instead",
         _span(circuit, elements),
-        "give it hysteresis (VH); a smaller longest step, the last number of .tran, lets it react "
-        "earlier",
+        "give it hysteresis (VH), or reduce the longest step (the last number of .tran) to let "
+        "it react sooner",
         severity="warning",
     )
 
@@ -139,18 +140,19 @@ def resting(circuit: Circuit, found: Mapping[str, float]) -> list[Diagnostic]:
     for names, message, hint in (
         (
             switches,
-            "a control stays at its threshold, where a switch turns when the control has come: ",
+            "a control stays at its threshold, where its switch changes on arrival: ",
             "put the thresholds between the levels of the control (VT, VH)",
         ),
         (
             compared,
-            "two sides of a comparison stay equal, which then has the value that is written: ",
+            "the two sides of a comparison stay equal, so it has the value that its operator "
+            "gives: ",
             "compare with a value between the levels of the signal",
         ),
     ):
         if names:
             times = [f"{name} from t = {found[name]:.9g} s on" for name in names]
-            reason = ", so that neither rounding nor another simulator decides"
+            reason = ", so that the result does not depend on rounding"
             place, text = _span(circuit, names), message + _list(times)
             out.append(Diagnostic("NS3056", text, place, hint + reason, severity="warning"))
     return out
@@ -166,21 +168,21 @@ def unbounded(circuit: Circuit, mna: MnaSystem, row: int, time: float) -> Diagno
     if any(d.smooth and d.letter in ("d", "m", "q") for d in mna.devices):
         place = _list(named or ["a junction"]) if node is None else _node(node, named)
         message = (
-            f"the voltage at {place} has no bound at t = {time:.9g} s: junctions that store "
-            "nothing once they block tear off the current of a winding, and what becomes of it may "
-            "depend on the steps"
+            f"the voltage at {place} has no bound at t = {time:.9g} s: junctions without charge "
+            f"in the blocking state interrupt the current of a winding, and the result may "
+            f"depend on the steps"
         )
-        hint = "give the diodes there a capacitance (CJO), or the winding a snubber; see what "
-        hint += "another reltol says"
+        hint = "give the diodes there a capacitance (CJO), or the winding a snubber; compare with "
+        hint += "another reltol"
     else:
         place = _list(named or ["an element"]) if node is None else _node(node, named)
         message = (
             f"no step with error control could follow {place} at t = {time:.9g} s, however short: "
-            "one without passes over the instant, and what comes of it may depend on the steps"
+            "an implicit step covers the instant, and the result may depend on the steps"
         )
         exact = mna.system.smooth is None
-        element = "resistor in series with what stores energy" if exact else "capacitor"
-        hint = f"a small {element} there bounds it; see what another method or reltol says"
+        element = "resistor in series with a capacitor or inductor" if exact else "capacitor"
+        hint = f"add a small {element} there; compare with another method or reltol"
     return Diagnostic("NS3053", message, _span(circuit, named), hint, severity="warning")
 
 
@@ -192,11 +194,11 @@ def high_index(
     blocking = _unique(name for name, on in pairs if not on)
     mode = f"while {_list(blocking)} block{'s' * (len(blocking) == 1)} " if blocking else ""
     message = (
-        f"from t = {time:.9g} s on {mode}the circuit has an index above 2: some voltage or current "
-        "is a second derivative of a source, and no estimate of sdirk tells its errors"
+        f"from t = {time:.9g} s on {mode}the circuit has an index above 2: some voltage or "
+        f"current is a second derivative of a source, and sdirk cannot estimate its errors"
     )
-    hint = "a small resistor in series with what stores energy there bounds it; method=modewise "
-    hint += "takes implicit steps, and its certificate tells what they make of the energy"
+    hint = "put a small resistor in series with the capacitor or inductor there; method=modewise "
+    hint += "uses implicit steps, and its certificate shows their numerical damping"
     return StepError(Diagnostic("NS3011", message, _span(circuit, blocking), hint), time=time)
 
 
@@ -226,7 +228,7 @@ def _no_convergence(
     if math.isfinite(problem.residual):
         amount = f"is violated most, by {problem.residual:.1e} of its terms"
     else:
-        amount = "has no finite value at any point that was tried"
+        amount = "has no finite value at any point tried"
     message = f"Newton's method found no solution {where}: {place} {amount}"
     hint = "check the values there; give .nodeset voltages near the solution, or try another step"
     away = _runaway(mna, problem)
@@ -237,7 +239,7 @@ def _no_convergence(
         message += f"; v({node}) is {volts:.1e} V at the best point, far beyond all sources"
         hint = (
             f"if nothing can carry the current at {node}, put a resistor from there to ground; "
-            "else give .nodeset voltages near the solution, or try another step"
+            f"otherwise give .nodeset voltages near the solution, or try another step"
         )
     jumping = [d.name for d in mna.devices if any(e.jumps() for e in d.expressions)]
     if jumping:
@@ -259,10 +261,10 @@ def _unbounded_solution(
 ) -> RegularityError:
     """Return the error of a point to which no solution extends: the voltage has no bound there."""
     message = (
-        f"the solution ceases to be regular {where}: v({node}) grows beyond all bounds "
-        f"({volts:.1e} V at the last point that was tried), and there is none"
+        f"the solution loses regularity {where}: v({node}) grows without bound ({volts:.1e} V at "
+        f"the last point tried), and no solution exists there"
     )
-    hint = "end the run before, or give data for which a solution exists"
+    hint = "stop the run earlier, or use values for which a solution exists"
     return RegularityError(
         Diagnostic("NS3009", message, None, hint), time=problem.time, residual=problem.residual
     )
@@ -272,9 +274,9 @@ def lost_path(method: str, problem: UnsolvedStep) -> StepError:
     """Return the error of a path-following method that has left the path of solutions."""
     message = (
         f"{method} has lost the path of solutions at t = {problem.time:.9g} s: the equations are "
-        f"off by {problem.residual:.1e} of their terms there, though they have a solution"
+        f"off by {problem.residual:.1e} of their terms there, although they have a solution"
     )
-    hint = "take a smaller --step, more correctors (.options correctors=3), or leave the method out"
+    hint = "use a smaller --step or more correctors (.options correctors=3), or omit the method"
     return StepError(
         Diagnostic("NS3008", message, None, hint), time=problem.time, residual=problem.residual
     )

@@ -237,7 +237,7 @@ class OutputPoints:
         more = f", and {len(hidden) - _NAMED} more" if len(hidden) > _NAMED else ""
         return Diagnostic(
             "NS5004",
-            f"signals move between output points, and these do not show it: {told}{more}",
+            f"signals move between output points without being shown: {told}{more}",
             None,
             "use --all-points or a smaller tstep; .measure and sol.average() do not depend on it",
             severity="warning",

@@ -28,7 +28,7 @@ def huge_currents(names: Sequence[str], sizes: npt.NDArray[np.float64]) -> Diagn
     --------
     >>> found = huge_currents(["v(a)", "i(v1)"], np.array([5.0, 2e8]))
     >>> found.code, found.message
-    ('NS5006', 'i(v1) comes to 2e+08 A in a circuit of 5 V')
+    ('NS5006', 'i(v1) reaches 2e+08 A in a circuit of 5 V')
     >>> huge_currents(["v(a)", "i(v1)"], np.array([5.0, 2e4])) is None
     True
     """
@@ -40,9 +40,9 @@ def huge_currents(names: Sequence[str], sizes: npt.NDArray[np.float64]) -> Diagn
         return None
     return Diagnostic(
         "NS5006",
-        f"{name} comes to {amperes:.3g} A in a circuit of {volts:.3g} V",
+        f"{name} reaches {amperes:.3g} A in a circuit of {volts:.3g} V",
         None,
-        "a loop of sources, capacitors and closed switches lacks the resistance that it really "
-        "has, or the deck contradicts itself",
+        "a loop of sources, capacitors and closed switches lacks the resistance of the real "
+        "circuit, or the deck contradicts itself",
         severity="warning",
     )

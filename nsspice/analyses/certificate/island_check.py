@@ -220,9 +220,9 @@ class Examiner:
                 Diagnostic(
                     "NS3050",
                     f"controlled sources feed back on {_list(several)}: a step may have several "
-                    "solutions, the one nearest to the step before is taken",
-                    hint="choose with initial values of what is stored (IC=, .ic), or of the DC "
-                    "solution (.nodeset)",
+                    f"solutions; the one nearest to the previous step is chosen",
+                    hint="choose with initial values (IC=, .ic), or for the DC solution with "
+                    ".nodeset",
                     severity="warning",
                 )
             )
@@ -231,9 +231,9 @@ class Examiner:
                 Diagnostic(
                     "NS3051",
                     f"a mode grows with {found.growth:.3g} 1/s, {found.growth * self._step:.3g} "
-                    "times per step: the implicit step goes past it and may tend to an unstable "
-                    "rest",
-                    hint=f"take a step below {0.5 / found.growth:.1e} s",
+                    "times per step: the implicit step misses its growth and may converge to an "
+                    "unstable equilibrium",
+                    hint=f"use a step below {0.5 / found.growth:.1e} s",
                     severity="warning",
                 )
             )

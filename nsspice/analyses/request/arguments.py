@@ -41,7 +41,7 @@ def name_of(value: object, what: str, example: str) -> str:
     """
     if isinstance(value, str):
         return value.strip()
-    raise _refused(what, value, f"write its name, such as {example}")
+    raise _refused(what, value, f"give its name, such as {example}")
 
 
 def several(values: Iterable[Any] | None, what: str, example: str) -> list[Any]:

@@ -145,9 +145,9 @@ class Tran:
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    f"steps of {wanted:g} s do not move a time of {self.stop:g} s: they are less "
-                    "than its rounding",
-                    hint=f"take steps of {1e-6 * self.stop:g} s or more",
+                    f"steps of {wanted:g} s do not move a time of {self.stop:g} s: they are "
+                    f"below its rounding",
+                    hint=f"use steps of {1e-6 * self.stop:g} s or more",
                 )
             )
 

@@ -29,9 +29,9 @@ from .settings import Settings
 _NAMED = 4  # elements of a kind in one sentence
 #: Elements by letter: what stays in closed forms in their place.
 _INSTEAD = {
-    "d": "a diode by its forward drop and resistance, D(Vfwd=0.7 Ron=10m), has closed forms",
+    "d": "a diode given by its forward drop and resistance, D(Vfwd=0.7 Ron=10m), has closed forms",
     "m": ".options mosfet=switch reads MOSFETs as switches, which have closed forms",
-    "q": "a transistor that only switches may be an S with Ron, which has closed forms",
+    "q": "a transistor that only switches can be an S with Ron, which has closed forms",
 }
 _STEPS = "steps instead of closed forms, typically 5 to 100 times slower"
 _NEWTON = "Newton's method at each point instead of one solve"
@@ -86,7 +86,7 @@ def cost_of(
     ... .tran 1u 1m
     ... ''')
     >>> cost_of(circuit, circuit.islands[0], circuit.islands[0].assemble()).sentence
-    'v1: 400 breakpoints in 0.001 s, each begins a closed form of its own'
+    'v1: 400 breakpoints in 0.001 s, each starts a new closed form'
     """
     system, settings = mna.system, Settings.of(circuit.deck)
     if method is None:
@@ -108,7 +108,7 @@ def cost_of(
         return Cost(f"{analysis.row_count} output points, each a solve", (), _note(note))
     if method != "modewise":
         asked = settings.method == method or settings.stepped
-        why = f"asked for by the deck ({method})" if asked else note or "its kind of problem"
+        why = f"requested by the deck ({method})" if asked else note or "its kind of problem"
         return Cost(f"steps ({method}): {why}")
     return _events(mna, analysis)
 
@@ -141,7 +141,7 @@ def _events(mna: MnaSystem, analysis: Tran) -> Cost:
     turning = f", and the commutations of {_list(pairs)}" if pairs else ""
     if edges > max(10.0, analysis.row_count / 10.0):
         sentence = f"{most}: {edges:.0f} breakpoints in {analysis.stop:g} s"
-        return Cost(f"{sentence}, each begins a closed form of its own{turning}", (most,))
+        return Cost(f"{sentence}, each starts a new closed form{turning}", (most,))
     rows_text = f"{analysis.row_count} output points"
     if edges > 2.0:
         return Cost(f"{rows_text}, {edges:.0f} breakpoints of {most}{turning}", (most,))
@@ -207,20 +207,21 @@ def _rewritten(node: Node) -> str:
     name = str(node.value) if node.op == "call" else node.op
     if name == "tanh":
         return (
-            f"limit({shown(Expression(node.args[0]), 30)[1:-1]},-1,1) for {text} has closed forms"
+            f"limit({shown(Expression(node.args[0]), 30)[1:-1]},-1,1) instead of {text} has "
+            f"closed forms"
         )
     if name in ("asin", "acos") and node.args[0].op == "call":
         return (
-            f"{text} has closed forms where its argument is linear in time; so has a triangle, "
+            f"{text} has closed forms if its argument is linear in time; so has a triangle, "
             "PULSE(-1 1 0 {T/2} {T/2} 0 {T})"
         )
     if name == "mul":
         return (
             f"if a factor of {text} is only 0 or 1, if(factor>0.5, other, 0) has closed forms; a "
-            "product that drives nothing is left out where .save does not name it"
+            f"product on which no saved signal depends is not simulated"
         )
     if name in ("exp", "ln", "sqrt", "atan", "pow", "sinh", "square", "pwr", "hypot"):
-        return f"a table of a few points for {text} has closed forms"
+        return f"a table of a few points instead of {text} has closed forms"
     return ""
 
 

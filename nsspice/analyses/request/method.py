@@ -29,7 +29,9 @@ _FIXED = {
     ProblemClass.DLCP: "Moreau time stepping, one mixed linear complementarity problem per step",
     ProblemClass.DNCP: "Moreau time stepping with Newton's method in each step",
 }
-_MODEWISE = "the mode-wise engine: closed forms between switchings, which are found to rounding"
+_MODEWISE = (
+    "the mode-wise engine: closed forms between switching instants, which are found to rounding"
+)
 
 
 class Choice(NamedTuple):
@@ -89,7 +91,7 @@ def choose_static(system: DescriptorSystem, settings: Settings) -> Choice:
     if settings.method == "sdirk" and system.m > 0:
         return Choice("sdirk")
     if settings.method not in ("auto", "modewise"):
-        note = f"{settings.method} has nothing to do where nothing is stored"
+        note = f"{settings.method} has no effect without stored energy"
         return Choice(POINTS, "" if settings.method in PATH_METHODS else note)
     if settings.method == "modewise":
         return Choice("modewise")  # or an error
@@ -97,7 +99,7 @@ def choose_static(system: DescriptorSystem, settings: Settings) -> Choice:
         return Choice(POINTS)
     size = system.n + system.m
     if size > AUTO_LIMIT:
-        note = f"{size} unknowns and pairs: method=modewise finds switching instants, too"
+        note = f"{size} unknowns and pairs: method=modewise also finds switching instants"
         return Choice(POINTS, note)
     reason = refusal(system)
     return Choice("modewise") if reason is None else Choice(POINTS, f"not modewise: {reason}")

@@ -71,7 +71,7 @@ class Following:
                     "NS4030",
                     f"{self.method} follows circuits without energy storage, and "
                     f"{', '.join(storing) or 'this one'} store{'s' * (len(storing) < 2)} energy",
-                    hint="leave the method out, or run a .dc sweep",
+                    hint="omit the method, or run a .dc sweep",
                 )
             )
         if system.smooth is None:

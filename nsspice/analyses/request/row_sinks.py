@@ -74,8 +74,8 @@ class Store:
                 with tempfile.TemporaryFile(prefix="nsspice-") as file:
                     self._data = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
             except (OSError, OverflowError) as error:
-                message = f"cannot keep {rows} rows of {columns} columns: {error}"
-                hint = "show fewer signals, or take rows that are farther apart"
+                message = f"cannot store {rows} rows of {columns} columns: {error}"
+                hint = "save fewer signals, or use a larger output step"
                 raise OutputError(Diagnostic("NS4001", message, hint=hint)) from error
         else:
             self._data = np.empty(shape)

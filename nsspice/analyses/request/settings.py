@@ -139,7 +139,7 @@ def _method(name: object, span: Span | None) -> str:
     if name in METHODS:
         return name
     hint = suggest(name, METHODS) or f"methods: {', '.join(METHODS)}"
-    raise UsageError(Diagnostic("NS4004", f"this version has no method {name!r}", span, hint))
+    raise UsageError(Diagnostic("NS4004", f"there is no method {name!r}", span, hint))
 
 
 def _tolerance(deck: Deck, name: str, given: float | None) -> float | None:
@@ -151,7 +151,7 @@ def _tolerance(deck: Deck, name: str, given: float | None) -> float | None:
         return None
     least = 0.0 if name != "reltol" else 1e-14
     if not (math.isfinite(value) and value >= least):
-        raise _bad(name, value, f"give a number from {least:g} on, such as 1e-6", span)
+        raise _bad(name, value, f"give a number of at least {least:g}, such as 1e-6", span)
     return value
 
 

@@ -54,11 +54,11 @@ def valued(circuit: Circuit, name: str, span: Span | None = None) -> Device:
     """
     device = circuit.device(name)
     if not isinstance(device, VoltageSource | CurrentSource | Passive):
-        law = ": its value is a law" if device.letter in "irlc" else ""
+        law = ": its value is an expression" if device.letter in "irlc" else ""
         message = f"{device.name} cannot be swept{law}"
         hint = "sweep a V, I, R, L or C, or temp"
         if law:
-            hint = "write {name} into the law, and sweep the parameter: .step param name ..."
+            hint = "write {name} in the expression, and sweep the parameter: .step param name ..."
         raise UsageError(Diagnostic("NS4007", message, span, hint))
     return device
 
@@ -76,7 +76,7 @@ def check_value(device: Device, value: float, span: Span | None = None) -> None:
     if device.letter in "cl" and value < 0.0:
         what = "capacitance" if device.letter == "c" else "inductance"
         message = f"{device.name} cannot have the {what} {value:g}"
-        raise _impossible(message, "give a value that is not negative", span)
+        raise _impossible(message, "give a value of 0 or more", span)
 
 
 def _impossible(message: str, hint: str, span: Span | None = None) -> UsageError:

@@ -42,7 +42,7 @@ class ErrorEstimate:
         """Return one line."""
         where = f" of the range of {self.signal}" if self.signal else ""
         text = f"error about {self.value:.1e}{where}: {self.how}"
-        return text if self.reached else f"{text}; {self.tolerance:g} was asked for"
+        return text if self.reached else f"{text}; {self.tolerance:g} was requested"
 
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-ready mapping."""

@@ -74,41 +74,41 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
     if grown is not None:
         name, time = grown
         return (
-            f"{name} has left the range of numbers by t = {time:.6g} s: nothing in the circuit "
-            "limits its growth",
+            f"{name} exceeds the range of numbers at t = {time:.6g} s: nothing in the circuit "
+            f"limits its growth",
             None,
-            "look for feedback of the wrong sign; an earlier stop shows how it grows",
+            "look for feedback of the wrong sign; stop earlier to see how it grows",
         )
     if c.taken > c.granted == TAKEN_BESIDE_EXACT:
         return (
-            f"the implicit steps between what the mode-wise engine could follow have taken "
-            f"{c.taken:.1%} of the energy of the run: they are too long for what happens in them",
+            f"numerical damping by the implicit steps of the mode-wise engine is "
+            f"{c.taken:.1%} of the energy of the run: the steps are too long",
             None,
-            "try --method sdirk, which controls its errors, or rows nearer to each other",
+            "try --method sdirk, which controls its errors, or a smaller output step",
         )
     if c.taken > c.granted:
         return (
-            f"the steps themselves have taken {c.taken:.0%} of the energy of the run: they have "
-            "not met their tolerance",
+            f"numerical damping by the steps is {c.taken:.0%} of the energy of the run: they do "
+            f"not meet their tolerance",
             None,
             "try a smaller --reltol, or order=4 if the deck asks for order=2",
         )
     if c.late > 1.0 and replace(c, late=0.0).passed:
         return (
-            "switches that chatter react too late: a control had passed its threshold by "
+            "chattering switches react too late: a control overshot its threshold by "
             f"{c.late:.2g} times the tolerance",
             None,
-            "give them hysteresis (VH), a smaller longest step, the last number of .tran, or a "
-            "larger --reltol",
+            "give them hysteresis (VH), reduce the longest step (the last number of .tran), or "
+            "increase --reltol",
         )
-    hint = "try a shorter step; the files are kept, please report this deck"
+    hint = "try a shorter step; the files are kept; please report this deck"
     if any(island.method in PATH_METHODS for island in solution.islands):
-        hint = "a path that is followed ends at folds; --method auto solves every point"
+        hint = "path following ends at folds; use --method auto to solve every point"
     far = _far(solution)
     if far is not None:
         name, volts = far
         hint = (
-            f"{name} comes to {volts:.1e} V: if nothing can carry the current at that node, put a "
+            f"{name} reaches {volts:.1e} V: if nothing can carry the current at that node, put a "
             "resistor from there to ground"
         )
     where = f", worst at {c.worst}" if c.worst else ""
@@ -117,7 +117,7 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
         text += f", {c.energy.drift:.1e} (energy)"
     if c.jumps:
         text += f", {c.jumps:.1e} (charge and flux over jumps)"
-    return f"the computed points miss the laws of the circuit: {text}", None, hint
+    return f"the computed points violate the laws of the circuit: {text}", None, hint
 
 
 def _far(solution: Solution) -> tuple[str, float] | None:

@@ -310,7 +310,7 @@ class Solution(RunStatistics, HandedOver):
         Signals that were not recorded cost another run of the analysis; they are kept.
         """
         if not isinstance(name, str):
-            raise TypeError(f"a signal is named by a text such as 'v(out)', not by {name!r}")
+            raise TypeError(f"name a signal by a string such as 'v(out)', not by {name!r}")
         key = canonical(name)
         found = self._recorded(key)
         if found is None:
@@ -318,7 +318,7 @@ class Solution(RunStatistics, HandedOver):
         if found is not None:
             return found
         if key[:2] in ("v(", "i(", "p("):
-            hint = "name it in signals= or extra= of the run, or in a .save card"
+            hint = "list it in signals= or extra= of the run, or on a .save card"
         else:
             hint = f"signals are {', '.join(list(self.signals)[:8]) or 'v(node) and i(element)'}"
         hint = suggest(key, self.signals) or hint

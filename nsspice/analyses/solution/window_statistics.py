@@ -82,7 +82,7 @@ def statistic(
     low = first if start is None else max(start, first)
     high = last if stop is None else min(stop, last)
     if not low <= high:
-        raise NotFound("the window FROM..TO holds no rows")
+        raise NotFound("the window FROM..TO contains no rows")
     if name == "final":
         return value_at(solution, expression, high, constants)
     trace = trace_of(solution, expression, constants, low, high)
@@ -132,7 +132,7 @@ def crossings_of(
     high = last if stop is None else min(stop, last)
     try:
         if not low <= high:
-            raise NotFound("the window holds no rows")
+            raise NotFound("the window contains no rows")
         trace = trace_of(solution, Expression.parse(signal), None, low, high)
     except NotFound as why:
         raise _refused(signal, start, stop, why) from None

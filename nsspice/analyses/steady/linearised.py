@@ -282,10 +282,10 @@ def unbounded(frequency: float, span: Span | None = None) -> NumericalError:
     return StepError(
         Diagnostic(
             "NS3063",
-            f"at {frequency:g} Hz the circuit has no response, or one without bound: nothing damps "
-            "a resonance there, or a part of it floats",
+            f"at {frequency:g} Hz the circuit has no response, or an unbounded one: a resonance "
+            f"is undamped, or a part of the circuit floats",
             span,
-            "take another frequency, or give the resonance a resistance",
+            "use another frequency, or damp the resonance with a resistance",
         ),
         time=frequency,
         residual=float("nan"),

@@ -133,7 +133,7 @@ def run_loop(
                 "NS4005",
                 f"there is no source {analysis.source}",
                 analysis.span,
-                "name a voltage source of 0 V between two nodes of the loop",
+                "name a 0 V source between two nodes of the loop",
             )
         )
     gain, notes = _gain(circuit, analysis, temperature, values, neighbour)
@@ -187,9 +187,9 @@ def _gain(
         raise UsageError(
             Diagnostic(
                 "NS4005",
-                f"nothing is stored in the part of the circuit with {analysis.source}",
+                f"no energy is stored in the part of the circuit with {analysis.source}",
                 analysis.span,
-                "leave out .pss to have its loop gain at the operating point",
+                "remove .pss to get its loop gain at the operating point",
             )
         )
 

@@ -199,15 +199,17 @@ def _check(circuit: Circuit, analysis: Noise) -> None:
     """Refuse what cannot be meant."""
     source = next((d for d in circuit.devices if d.name == analysis.source), None)
     if source is None or source.letter not in "vi":
-        message = f"the noise is referred to {analysis.source}, which is no V or I of the circuit"
+        message = (
+            f"the noise is referred to {analysis.source}, which is not a V or I of the circuit"
+        )
         raise UsageError(Diagnostic("NS4005", message, analysis.span, "name a source"))
     if any(isinstance(card, PssCard) for card in circuit.deck.analyses):
         raise UsageError(
             Diagnostic(
                 "NS4022",
-                "the noise of a circuit that switches is not computed",
+                "the noise of a switching circuit is not computed",
                 analysis.span,
-                "leave .pss out: .noise is about the operating point",
+                "remove .pss: .noise is about the operating point",
             )
         )
 
@@ -218,7 +220,7 @@ def _left_out(circuit: Circuit, analysis: Noise) -> list[Diagnostic]:
     names = [d.name for d in circuit.devices if d.name in flickering and "flicker" not in d.NOISE]
     if not names:
         return []
-    message = f"the flicker noise (kf) of {', '.join(names)} is left out: they are set-valued"
+    message = f"the flicker noise (kf) of {', '.join(names)} is omitted: they are set-valued"
     return [Diagnostic("NS4023", message, analysis.span, severity="warning")]
 
 

@@ -163,8 +163,8 @@ def responder(orbit: Orbit, names: Sequence[str], weights: Iterable[str], pss: P
 def _inaccurate(error: float, analysis: Ac) -> Diagnostic:
     return Diagnostic(
         "NS3067",
-        f"responses are known to a part of {error:.1g} alone: shorter steps still changed them",
+        f"responses are accurate only to {error:.1g}: they still changed with shorter steps",
         analysis.span,
-        "leave the highest frequencies out",
+        "omit the highest frequencies",
         severity="warning",
     )

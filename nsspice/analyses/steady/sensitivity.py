@@ -123,9 +123,9 @@ def sens(
         raise UsageError(
             Diagnostic(
                 "NS4021",
-                "sensitivities of a circuit whose period is free are not computed",
+                "sensitivities of a circuit with a free period are not computed",
                 analysis.span,
-                "take differences of two runs",
+                "use the difference of two runs",
             )
         )
     keys = [canonical(name) for name in signals]
@@ -155,8 +155,8 @@ def sens(
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    f"{name} has no value by which an average could be differentiated",
-                    hint="R, C, L without coupling, V and I of parts that store something have one",
+                    f"{name} has no value with respect to which an average could be differentiated",
+                    hint="use R, C, uncoupled L, V and I in parts that store energy",
                 )
             )
     order = {key: k for k, key in enumerate(keys)}
@@ -188,9 +188,9 @@ def _of_island(
         raise StepError(
             Diagnostic(
                 "NS3065",
-                "no sensitivities: nothing pulls the orbit back, or a mode has a double rate",
+                "no sensitivities: nothing restores the orbit, or a mode has a double rate",
                 analysis.span,
-                "change a value a little, or damp what is free",
+                "change a value slightly, or add damping",
             ),
             time=0.0,
             residual=float("nan"),
@@ -281,7 +281,7 @@ def add_sensitivities(
             solution.warnings.append(
                 Diagnostic(
                     found.code,
-                    f".sens is left out: {found.message}",
+                    f".sens is omitted: {found.message}",
                     card.span,
                     found.hint,
                     severity="warning",

@@ -209,9 +209,9 @@ def _no_stimulus(analysis: Ac) -> Diagnostic:
 def _at_corner(analysis: Ac, corners: Sequence[str]) -> Diagnostic:
     return Diagnostic(
         "NS3064",
-        f"{', '.join(corners)} stands at a corner of its characteristic in the operating point and "
-        "is taken as blocking: to small signals it would be a rectifier",
+        f"{', '.join(corners)} is at a kink of its characteristic at the operating point and is "
+        f"treated as blocking: for small signals it would be a rectifier",
         analysis.span,
-        "give it a bias that decides, or use .pss for circuits that switch",
+        "give it a bias, or use .pss for circuits that switch",
         severity="warning",
     )

@@ -33,15 +33,15 @@ def no_period(span: Span | None, several: bool) -> UsageError:
         message = "the sources have no common period"
         hint = "choose periods that are multiples of each other"
     else:
-        message = "no source repeats, so that nothing decides about the period"
-        hint = "name a signal that swings: .pss trigger=v(node) level=0"
+        message = "no source is periodic, so nothing determines the period"
+        hint = "name a signal that oscillates: .pss trigger=v(node) level=0"
     return UsageError(Diagnostic("NS4015", message, span, hint))
 
 
 def no_closed_form(number: int, reason: str, span: Span | None) -> UsageError:
     """Return the error of what needs closed forms of an island, which it has not for a reason."""
     message = f"the periodic steady state of island {number + 1} has no closed form: {reason}"
-    hint = "set-valued diodes (D(ideal)) and sources DC, SIN, PULSE and PWL have one"
+    hint = "use set-valued diodes (D(ideal)) and DC, SIN, PULSE and PWL sources"
     return UsageError(Diagnostic("NS4015", message, span, hint))
 
 
@@ -52,22 +52,25 @@ def no_derivative(problem: NoDerivative, mna: MnaSystem, span: Span | None) -> N
     )
     at = f"at t = {problem.time:.9g} s of the period"
     if problem.kind == "grazing":
-        message = f"{names} touches its switching condition {at} without crossing it: how the "
-        message += "period depends on its beginning has no derivative there"
-        hint = "change a value a little: beside such a point the steady state is found"
+        message = f"{names} touches its switching condition {at} without crossing it: the "
+        message += "period map has no derivative there"
+        hint = "change a value slightly: next to such a point the steady state is found"
     elif problem.kind == "together":
-        message = f"{names} switch at one instant, {at}, in an order that a perturbation decides: "
-        message += "the period has a derivative in each direction, but no single one"
-        hint = "shift one of them a little"
+        message = (
+            f"{names} switch at one instant, {at}, in an order that a perturbation would decide: "
+        )
+        message += "the period map has directional derivatives, but no single derivative"
+        hint = "shift one of them slightly"
     elif problem.kind == "many":
-        message = f"the period has too many switchings: up to {at[7:]} more than are kept"
-        hint = "look for switches that chatter; give them hysteresis"
+        message = f"the period has too many switchings: up to {at[7:]} more than can be kept"
+        hint = "look for chattering switches; give them hysteresis"
     else:
         message = (
-            f"events pile up {at}, or a switch chatters, and implicit steps go on: the period "
+            f"events accumulate {at}, or a switch chatters, and implicit steps are used: the "
+            f"period "
         )
         message += "has no closed form"
-        hint = "give switches hysteresis, or a path for the current that they cut"
+        hint = "give switches hysteresis, or add a path for the current they interrupt"
     return StepError(
         Diagnostic("NS3060", message, span, hint), time=problem.time, residual=float("nan")
     )
@@ -80,16 +83,20 @@ def no_orbit(
     if problem.kind == "drift" and problem.direction is not None:
         names = ", ".join(stored_names(mna, problem.direction)) or "what is stored"
         message = (
-            f"there is no periodic steady state: what {names} stores grows by the same amount "
+            f"there is no periodic steady state: the charge or flux of {names} grows by the same "
+            f"amount "
         )
-        message += "in each period, and nothing pulls it back (multiplier 1)"
-        hint = "a resistance in its path holds it, or a source without a mean value"
+        message += "in each period, and nothing restores it (multiplier 1)"
+        hint = "put a resistance in its path, or use a source with zero mean"
     elif problem.kind == "trigger":
         message = f"no periodic steady state: {trigger} does not rise through the level again"
-        hint = "choose a level that it crosses; .ic or IC= sets an oscillator in motion"
+        hint = "choose a level that it crosses; start an oscillator with .ic or IC="
     else:
         message = "no periodic steady state was found: over the last period the state changed by "
         message += f"{problem.residual:.1e} of its size"
-        hint = "give tstab= a time after which it is nearly periodic; it may be a multiple of the "
+        hint = (
+            "give tstab= a time after which it is nearly periodic; the orbit may be a "
+            "multiple of the "
+        )
         hint += "period of the sources (period=), or chaotic"
     return StepError(Diagnostic("NS3062", message, span, hint), time=0.0, residual=problem.residual)

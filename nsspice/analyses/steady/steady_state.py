@@ -272,9 +272,9 @@ def find_orbits(
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    "the sources repeat, and a trigger cannot decide about the period",
+                    "the sources are periodic, so a trigger cannot determine the period",
                     analysis.span,
-                    "leave the trigger out",
+                    "remove the trigger",
                 )
             )
         orbits[home] = orbit_of(circuit, home, islands[home], None, analysis, local, neighbour)
@@ -328,10 +328,10 @@ def _period(circuit: Circuit, analysis: Pss, islands: Sequence[MnaSystem]) -> fl
         raise UsageError(
             Diagnostic(
                 "NS4005",
-                f"a period of {asked:g} s is no multiple of {period:g} s, after which a source "
+                f"a period of {asked:g} s is not a multiple of {period:g} s, after which a source "
                 "repeats",
                 analysis.span,
-                "leave the period out, or correct the source",
+                "remove the period, or correct the source",
             )
         )
     return asked
@@ -345,9 +345,9 @@ def _trigger(circuit: Circuit, analysis: Pss) -> tuple[int, str]:
         raise UsageError(
             Diagnostic(
                 "NS4005",
-                f"the trigger {analysis.trigger} is no signal of one part of the circuit",
+                f"the trigger {analysis.trigger} is not a signal of a single island",
                 analysis.span,
-                "take the voltage of one node, or the current of an inductor or source",
+                "use the voltage of one node, or the current of an inductor or source",
             )
         )
     home, local, _ = parts[0]
@@ -371,9 +371,9 @@ def orbit_of(
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    f"the trigger {analysis.trigger} is no unknown of the equations",
+                    f"the trigger {analysis.trigger} is not an unknown of the equations",
                     analysis.span,
-                    "take the voltage of a node, or the current of an inductor or source",
+                    "use the voltage of a node, or the current of an inductor or source",
                 )
             )
         system = with_trigger(system, control, analysis.level)
@@ -481,9 +481,9 @@ def _free(analysis: Pss, periodic: Periodic) -> Diagnostic:
     names = ", ".join(periodic.free)
     return Diagnostic(
         "NS3061",
-        f"nothing pulls back a charge or flux of {names} (multiplier 1): the orbit is one of many, "
-        "that which the run from the initial values leads to",
+        f"nothing restores a charge or flux of {names} (multiplier 1): the orbit is one of many, "
+        f"the one reached from the initial values",
         analysis.span,
-        "a resistance in its path decides about it; IC= and .ic choose another one",
+        "put a resistance in its path to make it unique, or choose another with IC= and .ic",
         severity="warning",
     )

@@ -68,7 +68,7 @@ def run_tf(
     output, name = canonical(analysis.output), analysis.source
     source = next((d for d in circuit.devices if d.name == name), None)
     if not isinstance(source, VoltageSource | CurrentSource):
-        message = f".tf: {name} is no V or I of the circuit"
+        message = f".tf: {name} is not a V or I of the circuit"
         raise UsageError(Diagnostic("NS4005", message, analysis.span, "name a source"))
     a, b = source.ends
     own = f"i({name})" if isinstance(source, VoltageSource) else _voltage(a, b)
@@ -173,8 +173,10 @@ def op_sensitivities(
             found.append(Sensitivity(key, name, value, float(bias[key][0]), slope))
         missing = sorted((wanted or set()) - slopes.keys())
         if missing:
-            message = f"{missing[0]} has no value by which {key} could be differentiated"
-            hint = "R, C, L without coupling, V and I of the same part of the circuit have one"
+            message = (
+                f"{missing[0]} has no value with respect to which {key} could be differentiated"
+            )
+            hint = "use R, C, uncoupled L, V and I in the same island"
             raise UsageError(Diagnostic("NS4005", message, hint=hint))
     order = {key: k for k, key in enumerate(keys)}
     # what is equal up to rounding stays in the order of the deck

@@ -155,7 +155,7 @@ def jobs_of(deck: Deck) -> list[Job]:
         if unread:
             hint = f"{unread[0].message.partition(':')[0]}; {unread[0].hint}"
         elif re.match(r"\s*\.(?!title)", deck.title, re.IGNORECASE):
-            hint = f"{deck.title.split()[0]} stands in the first line, which is the title; {hint}"
+            hint = f"{deck.title.split()[0]} is on the first line, which is the title; {hint}"
         raise UsageError(
             Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),
         )
@@ -164,7 +164,7 @@ def jobs_of(deck: Deck) -> list[Job]:
     if count > MAX_RUNS:
         text = " x ".join(str(len(sweep.values)) for sweep in deck.steps)
         message = f"the .step cards ask for {text} = {count} runs, more than {MAX_RUNS}"
-        hint = "take fewer points, or call nsspice.tran in a loop that keeps what is needed"
+        hint = "use fewer points, or call nsspice.tran in a loop and keep what you need"
         raise UsageError(Diagnostic("NS4017", message, deck.steps[-1].span, hint))
     points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
     jobs = []
@@ -248,7 +248,7 @@ def run(
     if isinstance(circuit, str | Path):
         circuit = read(circuit, params)
     elif params:
-        raise TypeError("params= belongs to a deck that is read: nsspice.read(deck, params)")
+        raise TypeError("params= applies when a deck is read: nsspice.read(deck, params)")
     need_circuit(circuit)
     check_on_failure(on_failure)
     check_tolerance(tol, refine)
@@ -284,11 +284,13 @@ def run(
 def check_tolerance(tol: float | None, refine: bool) -> None:
     """Raise UsageError unless at most one estimate is asked for, with a sensible tolerance."""
     if tol is not None and not 0.0 < tol < 1.0:
-        hint = "give a share of the range of the signals, such as 1e-6"
+        hint = "give a fraction of the signals' range, such as 1e-6"
         raise UsageError(Diagnostic("NS4005", f"--tol cannot be {tol:g}", hint=hint))
     if tol is not None and refine:
         hint = "drop one"
-        raise UsageError(Diagnostic("NS4005", "--tol and --refine exclude each other", hint=hint))
+        raise UsageError(
+            Diagnostic("NS4005", "--tol and --refine cannot be used together", hint=hint)
+        )
 
 
 def _share(progress: Progress, k: int, count: int) -> Progress:

@@ -85,7 +85,7 @@ def _add(
             if value == 0.0:
                 if not (others or card.elements):
                     continue
-                hint = "differences are parts of a value: write it as {x - 1} with x=1"
+                hint = "differences are relative to the value: write it as {x - 1} with x=1"
                 raise UsageError(Diagnostic("NS4005", f"{name} is 0", hint=hint))
             nominal = {m: solution.measures[m] for m in wanted}
             for key, slope in exact(name).items():
@@ -94,7 +94,7 @@ def _add(
                 found += slopes(measured, nominal, name, value)
     except NsspiceError as problem:
         said = problem.diagnostics[0]
-        message = f".sens is left out: {said.message}"
+        message = f".sens is omitted: {said.message}"
         solution.warnings.append(replace(said, message=message, span=card.span, severity="warning"))
         return
     solution.sensitivities += ordered(found, wanted)
@@ -135,13 +135,13 @@ def _value_of(circuit: Circuit, name: str, job: Job) -> float:
         return deck.parameters[name]
     if name not in circuit.element_island:
         message = f"there is no measure and no parameter {name}"
-        raise UsageError(Diagnostic("NS4005", message, hint="write it as .param or .measure"))
+        raise UsageError(Diagnostic("NS4005", message, hint="define it with .param or .measure"))
     device = valued(circuit, name)
     source = getattr(device, "source", None)
     if source is not None:
         if source.kind:
-            message = f"{name} is no constant"
-            hint = "write its values as parameters, and name these"
+            message = f"{name} is not a constant"
+            hint = "define its values as parameters, and name those"
             raise UsageError(Diagnostic("NS4005", message, hint=hint))
         return float(source.dc or 0.0)
     return float(device.value)  # type: ignore[attr-defined]

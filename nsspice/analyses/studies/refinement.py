@@ -145,7 +145,7 @@ def run_estimated(
             Diagnostic(
                 "NS3006",
                 f"the tolerance {tol:g} was not reached: {solution.error.describe()}",
-                hint="the best rows are kept; allow a larger error, or see nsspice cost",
+                hint="the best rows are kept; allow a larger error, or try nsspice cost",
             )
         )
         failure.partial = solution
@@ -162,20 +162,20 @@ def _leave_the_choice(circuit: Circuit, request: Request, tol: float | None) -> 
     settings = Settings.of(circuit.deck, request.method, step=request.step)
     fixed = settings.method == "moreau"
     given: dict[str, object] = {"reltol": request.reltol}
-    option, reason = "--tol", "the tolerance chooses it"
+    option, reason = "--tol", "the tolerance determines it"
     if tol is None:
-        option, reason = "--refine", "the steps that are halved are fixed ones"
+        option, reason = "--refine", "only fixed steps can be halved"
         given["method"] = None if request.method in (None, "auto", "moreau") else request.method
     elif not fixed:
         given |= {"step": settings.step, "theta": request.theta}
     for name, value in given.items():
         if value is not None:
-            refined = ", or ask for --method moreau, which refines it" if name == "step" else ""
+            refined = ", or use --method moreau, which halves it" if name == "step" else ""
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    f"{option} and --{name} {value} exclude each other: {reason}",
-                    hint=f"drop --{name}{refined}",
+                    f"{option} and --{name} {value} cannot be used together: {reason}",
+                    hint=f"remove --{name}{refined}",
                 )
             )
 
@@ -226,12 +226,12 @@ class _Trials:
         motion, axis = solution.motion(names), solution.axis
         traces = {name: Trace(motion, Expression(var(name))) for name in names}
         if any(island.method == POINTS for island in solution.islands):
-            how = "rows solved one by one, distance from steps that follow the solution"
+            how = "rows solved one by one, difference from steps that follow the solution"
             others = [
                 {n: values(t, axis, left=left) for n, t in traces.items()} for left in (False, True)
             ]
         else:
-            how = "the exact engine, distance from rows solved one by one"
+            how = "the exact engine, difference from rows solved one by one"
             others = [self.run(method="moreau", reltol=None).signals]
         worst, signal = 0.0, ""
         for name, trace in traces.items():
@@ -265,7 +265,7 @@ class _Trials:
         reltol = max(0.1 * tol, _FINEST)
         other = self.run(method="sdirk", reltol=reltol, step=None)
         value, signal = self._apart(exact, other, self.stored)
-        how = f"the exact engine, bounded by its distance from sdirk with reltol {reltol:g}"
+        how = f"the exact engine, bounded by its difference from sdirk with reltol {reltol:g}"
         exact.error = ErrorEstimate(value, signal, how, tolerance=tol)
         return exact if value <= tol else self._controlled(tol, exact)
 
@@ -279,9 +279,11 @@ class _Trials:
             reltol *= 0.1
             finer = self.run(method="sdirk", reltol=reltol, step=None)
             value, signal = self._apart(finer, best if exact is None else exact, self.stored)
-            how = f"sdirk with reltol {reltol:g}, distance from a tenfold reltol"
+            how = f"sdirk with reltol {reltol:g}, difference from a tenfold reltol"
             if exact is not None:
-                how = f"the exact engine, bounded by its distance from sdirk with reltol {reltol:g}"
+                how = (
+                    f"the exact engine, bounded by its difference from sdirk with reltol {reltol:g}"
+                )
             best = finer
             (exact or best).error = ErrorEstimate(value, signal, how, tolerance=tol)
             if value <= tol:
@@ -296,7 +298,7 @@ class _Trials:
             half = self.run(step=0.5 * step)
             value, signal = self._apart(half, best, self.stored)
             order = math.log2(last / value) if value > 0.0 and last > 0.0 else float("nan")
-            how = f"fixed steps of {0.5 * step:.3g} s, distance from twice the step"
+            how = f"fixed steps of {0.5 * step:.3g} s, difference from twice the step"
             half.error = ErrorEstimate(value, signal, how, order, tol)
             best, last, step = half, value, 0.5 * step
             # first order, with a margin: straight to the step that should do, as far as errors of

@@ -76,7 +76,7 @@ class Race:
         now, steps = runner.stepper.time, self._steps
         steps.take_over(runner, self._last)
         spent, segments = int(steps.stepper.statistics["steps"]), int(statistics["segments"])
-        steps.note = f"{spent} steps have caught up with {segments} closed forms at {now:.3g} s"
+        steps.note = f"{spent} steps have overtaken {segments} closed forms at {now:.3g} s"
         self._begin = None
         return steps
 

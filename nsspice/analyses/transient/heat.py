@@ -201,7 +201,7 @@ def _groups(
         on = [name for name in card.elements if name in names]
         for name in card.elements:
             if name not in names and name in circuit.element_island:
-                message = f"{name} stands on a heat sink, but its model card has no thermal network"
+                message = f"{name} is on a heat sink, but its model card has no thermal network"
                 hint = "give it Foster or Cauer, and tables of energies if it switches"
                 raise UsageError(Diagnostic("NS4005", message, card.span, hint))
         if on:
@@ -430,8 +430,8 @@ def _runaway(name: str) -> NumericalError:
     return NumericalError(
         Diagnostic(
             "NS3066",
-            f"the junction of {name} has no steady temperature: its losses grow faster with the "
-            "temperature than its thermal network leads off",
+            f"the junction of {name} has no steady temperature: its losses grow faster with "
+            f"temperature than its thermal network can dissipate",
             hint="lower the thermal resistance, or extend the tables to higher temperatures",
         )
     )

@@ -186,9 +186,9 @@ class IslandRunner:
         if self.settings.accuracy != "energy":
             return ""
         if self.stepper.statistics.get("energies"):
-            return "errors as energies: means and powers are right, faint ringing is damped"
+            return "errors as energies: means and powers are accurate, small ringing is damped"
         static = self.mna.system.static
-        why = "nothing stores energy" if static else f"{self.method} controls no errors of steps"
+        why = "no element stores energy" if static else f"{self.method} has no error control"
         return f"accuracy=energy has no effect: {why}"
 
     def _watch(self) -> None:
@@ -512,10 +512,10 @@ class IslandRunner:
             stats["jumps"] -= hidden
         if self.method == "modewise" and stats["fixed_steps"] > _FEW:
             why = self.stepper.trouble if isinstance(self.stepper, ModewiseStepper) else None
-            reason = f"a mode could not be reduced: {why}" if why else "events piled up"
+            reason = f"a mode could not be reduced: {why}" if why else "events accumulated"
             self.note = f"implicit steps where {reason}"
             if stats["accumulation"]:
-                self.note = "events follow too fast to be followed one by one: implicit steps"
+                self.note = "events are too frequent to be located one by one: implicit steps"
         if self.inputs:
             self.note = "; ".join(filter(None, [driven_by(self.inputs), self.note]))
         return IslandRun(
@@ -539,7 +539,7 @@ def _refused(number: int, reason: NotModewise) -> UsageError:
     return UsageError(
         Diagnostic(
             "NS4020",
-            f"method=modewise cannot treat island {number + 1}: {reason}",
+            f"method=modewise cannot handle island {number + 1}: {reason}",
             hint="method=auto chooses a method that can",
         )
     )

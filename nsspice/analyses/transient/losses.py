@@ -50,13 +50,17 @@ def losses(
     left_out = without_powers(circuit, integrals)
     for load in loads:
         if load in left_out:
-            raise ValueError(f"{load} belongs to a block that another one drives, by steps")
+            raise ValueError(f"{load} belongs to a block driven by another one, which takes steps")
     known = [d for d in known if d.name not in left_out]
     names = [d.name for d in known]
     for load in loads:
         if load not in names:
             raise UsageError(
-                Diagnostic("NS4005", f"there is no element {load} to be the load", hint="--load R1")
+                Diagnostic(
+                    "NS4005",
+                    f"there is no element {load} to use as the load",
+                    hint="write --load R1",
+                )
             )
     powers = integrals.powers(names)
     heat = heating(circuit, integrals)

@@ -82,7 +82,7 @@ def _left_out(solution: Solution, card: Measure) -> list[Diagnostic]:
     return [
         Diagnostic(
             "NS5002",
-            f'.measure "{card.name}" leaves out impulses: {told}',
+            f'.measure "{card.name}" omits impulses: {told}',
             card.span,
             "add this charge, or give its path a resistance",
             severity="warning",
@@ -133,7 +133,7 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
         low, high = bounds(solution)
         slack = 1e-12 * max(abs(low), abs(high))
         if not low - slack <= x <= high + slack:
-            raise NotFound(f"{x:.6g} lies outside the rows of the analysis")
+            raise NotFound(f"{x:.6g} is outside the rows of the analysis")
         if operation == "deriv":
             return statistics.slope(trace_of(solution, expression, earlier), x)
         return value_at(solution, expression, x, earlier)

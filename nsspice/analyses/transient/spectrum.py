@@ -81,7 +81,7 @@ def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> No
         solution.powers = losses(circuit, solution.integrals, loads, lost, given)
         if others := without_powers(circuit, solution.integrals):
             names = ", ".join(others[:_NAMED]) + (" ..." if len(others) > _NAMED else "")
-            problem = ValueError(f"{names}: blocks that another one drives take steps")
+            problem = ValueError(f"{names}: blocks driven by another one take steps")
             solution.warnings.append(_left_out(None, problem, "for some elements"))
         hot = (solution.integrals.heat or {}).values()
         if beyond := [h.element for h in hot if h.outside]:
@@ -96,8 +96,8 @@ def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> No
 def _beyond(elements: Sequence[str]) -> Diagnostic:
     return Diagnostic(
         "NS5005",
-        f"switchings of {', '.join(elements)} lie outside of the tables of their model cards: "
-        "energies are continued along the outermost cells",
+        f"switching events of {', '.join(elements)} are outside the tables of their model cards: "
+        f"energies are extrapolated from the outermost cells",
         hint="extend the tables",
         severity="warning",
     )
@@ -115,7 +115,7 @@ def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
         if round(ratio) < 1 or abs(ratio - round(ratio)) > _SAME * ratio:
             own = integrals.frequency
             raise ValueError(
-                f"{card.frequency:g} Hz is no multiple of the orbit's own {own:.9g} Hz"
+                f"{card.frequency:g} Hz is not a multiple of the orbit's own {own:.9g} Hz"
             )
         return integrals, round(ratio)
     if card.frequency is None:
@@ -134,7 +134,7 @@ def _left_out(card: FourCard | None, problem: Exception, part: str = "") -> Diag
         reason = "the run needed implicit steps, which have no closed form"
     else:
         reason = str(problem)
-    what = " ".join(filter(None, ["--power" if card is None else ".four", "is left out", part]))
+    what = " ".join(filter(None, ["--power" if card is None else ".four", "is omitted", part]))
     return Diagnostic(
         "NS5003",
         f"{what}: {reason}",
@@ -207,7 +207,7 @@ def spectral_measure(solution: Solution, card: Measure) -> float:
     """
     names = [] if card.expression is None else sorted(card.expression.variables())
     if len(names) != 1 or canonical(names[0]) != canonical(card.expression.text):  # type: ignore[union-attr]
-        raise ValueError("a spectrum is that of one signal")
+        raise ValueError("a spectrum needs exactly one signal")
     integrals = solution.integrals
     if integrals is None:
         raise ValueError("the run has no closed form")

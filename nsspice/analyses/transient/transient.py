@@ -147,8 +147,8 @@ def tran(
             raise UsageError(
                 Diagnostic(
                     "NS4005",
-                    f"the distance of the rows, {row_step:g} s, is longer than the run, {stop:g} s",
-                    hint="the stop comes first: tran(circuit, stop, row_step)",
+                    f"the row spacing, {row_step:g} s, is longer than the run, {stop:g} s",
+                    hint="stop is the first argument: tran(circuit, stop, row_step)",
                 )
             )
     else:

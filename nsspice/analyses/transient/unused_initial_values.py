@@ -32,10 +32,10 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
         found.append(
             Diagnostic(
                 "NS3054",
-                f".nodeset of {names} has no effect: with uic no DC solution is looked for, and "
-                "the run begins from what is stored",
+                f".nodeset of {names} has no effect: with uic no DC solution is computed, and "
+                f"the run starts from the stored charges and fluxes",
                 next(iter(near.values()))[1],
-                "give capacitors there an IC=, or leave out uic",
+                "give capacitors there an IC=, or remove uic",
                 severity="warning",
             )
         )
@@ -47,11 +47,10 @@ def unkept(circuit: Circuit, mna: MnaSystem, point: Floats, uic: bool) -> list[D
         found.append(
             Diagnostic(
                 "NS3054",
-                f".ic v({node})={value:g} is not kept: nothing at {node} stores a voltage, and the "
-                f"run begins with {begins:.6g} V",
+                f".ic v({node})={value:g} is not kept: no capacitor at {node} stores it, and the "
+                f"run starts with {begins:.6g} V",
                 span,
-                f"if that is one of several solutions, a small capacitor from {node} to ground "
-                "lets the run begin at another",
+                f"to start from another solution, put a small capacitor from {node} to ground",
                 severity="warning",
             )
         )

@@ -86,7 +86,7 @@ def cost(
     """
     need_circuit(circuit)
     if target is not None and not target > 0.0:
-        hint = "give a share of the range of the signals, such as 1e-6"
+        hint = "give a fraction of the signals' range, such as 1e-6"
         raise UsageError(Diagnostic("NS4005", f"the target cannot be {target:g}", hint=hint))
     methods = several(methods, "the methods", '["sdirk"]')
     for name in methods:
@@ -111,7 +111,7 @@ def cost(
             report.absent.append(f"{name}: {error.diagnostics[0].message}")
     if problem.analysis.max_step is None:  # which rules the runs of the reference, not the ladder
         _show(report, reference)
-    say("short runs once more")
+    say("repeating short runs")
     report.rows = timer.second_turn(report.rows)
     return report
 
@@ -120,7 +120,7 @@ def _unknown(name: str) -> UsageError:
     from ...errors import Diagnostic
 
     hint = suggest(name, LADDERS) or f"methods: {', '.join(LADDERS)}"
-    return UsageError(Diagnostic("NS4004", f"there is no ladder {name!r}", None, hint))
+    return UsageError(Diagnostic("NS4004", f"there is no method {name!r}", None, hint))
 
 
 def _settings(problem: Problem, name: str) -> Iterator[tuple[str, float, Settings]]:

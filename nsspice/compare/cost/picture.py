@@ -61,7 +61,7 @@ def draw(report: CostReport, path: str | Path | None = None, target: float | Non
     if target is not None:
         _mark(axes, report, target)
     axes.invert_xaxis()
-    axes.set_xlabel("largest error, share of the range")
+    axes.set_xlabel("largest error, relative to the range")
     axes.set_ylabel("time inside the process [s]")
     axes.set_title(plain_text(report.title, 70), fontsize=10)
     axes.grid(True, which="major", color="0.9")

@@ -53,7 +53,7 @@ class Problem:
                 Diagnostic(
                     "NS4006",
                     f"{circuit.deck.file} has no .tran card",
-                    hint="the cost of accuracy is that of a transient: add .tran tstep tstop",
+                    hint="cost measures a transient: add .tran tstep tstop",
                 )
             )
         if signals:
@@ -93,7 +93,7 @@ class Problem:
 
         def watch(done: float) -> None:
             if time.perf_counter() - begin > limit:
-                message = f"given up after {limit:.3g} s, {100.0 * done:.3g} % of the run done"
+                message = f"stopped after {limit:.3g} s, {100.0 * done:.3g} % of the run completed"
                 hint = "a longer --limit allows more"
                 raise StepError(Diagnostic("NS3002", message, None, hint))
 

@@ -89,12 +89,12 @@ def make_reference(problem: Problem, limit: float = 2.0) -> Reference:
     if exact is not None:
         if finest is None:
             return Reference(
-                exact, float("nan"), "by the exact mode-wise engine; nothing to check it with"
+                exact, float("nan"), "the exact mode-wise engine, without an independent check"
             )
         error = _apart(exact, finest.graph)
         how = (
-            "by the exact mode-wise engine; its distance from sdirk (order 4, reltol "
-            f"{finest.tolerance:g}), which errs more, bounds its error"
+            "the exact mode-wise engine; its difference from sdirk (order 4, reltol "
+            f"{finest.tolerance:g}), which is less accurate, bounds its error"
         )
         return Reference(exact, max(error, _ROUNDING), how, tuple(runs))
     if finest is None:
@@ -102,14 +102,14 @@ def make_reference(problem: Problem, limit: float = 2.0) -> Reference:
             Diagnostic(
                 "NS3002",
                 "no method reached the end of the run",
-                hint="see what nsspice run says of this deck",
+                hint="see what nsspice run says about this deck",
             )
         )
-    how = f"by sdirk of order 4 with reltol {finest.tolerance:g}"
+    how = f"sdirk of order 4 with reltol {finest.tolerance:g}"
     if len(runs) < 2:
-        alone = f"{how}; nothing to check it with: its error is not known"
+        alone = f"{how}; without an independent check its error is not known"
         return Reference(finest.graph, float("nan"), alone, tuple(runs))
-    how += f"; its error is estimated by the distance from the same with {other}"
+    how += f"; its error is estimated by the difference from the same with {other}"
     error = max(_apart(finest.graph, runs[-2].graph), _ROUNDING)
     return Reference(finest.graph, error, how, tuple(runs))
 

@@ -196,7 +196,7 @@ class CostReport:
         shown = ", ".join(self.signals[:8]) + (" ..." if len(self.signals) > 8 else "")
         lines = [
             f"{self.title}",
-            f"errors of {shown}, as shares of their range",
+            f"errors of {shown}, relative to their range",
             f"reference: {reference.how}: {reference.error:.1e}",
             "",
             f"{'method':<22}{'':<16}{'steps':>10}{'max error':>12}{'mean error':>12}"
@@ -223,7 +223,7 @@ class CostReport:
         if not found:
             return [f"no method reaches {target:g}"]
         best = found[0]
-        lines = [f"cheapest way to {target:g}: {best}"]
+        lines = [f"cheapest method for {target:g}: {best}"]
         lines += [f"  {a}: {a.seconds / best.seconds:.3g} times" for a in found[1:]]
         return lines
 

@@ -38,7 +38,7 @@ class CrossCheck:
         Largest allowed, as a share of the range, or in volts and amperes if ``absolute``.
     absolute : bool
     slack : float
-        By how much instants may differ [s].
+        Allowed difference of instants [s].
     """
 
     solution: Solution
@@ -111,7 +111,7 @@ class CrossCheck:
         failed = sum(not self.agrees(row) for row in self.rows)
         what = f"{self.norm} distance <= {self.tolerance:g}"
         what += "" if self.absolute else " of the range"
-        verdict = "all within" if not failed else f"{failed} of {len(self.rows)} beyond"
+        verdict = "all within" if not failed else f"{failed} of {len(self.rows)} outside"
         return f"{verdict} {what}, against ngspice"
 
     def to_dict(self) -> dict[str, Any]:
@@ -229,7 +229,11 @@ def cross_check(
     signals = [name for name in solution.columns if name[:2] in ("v(", "i(")]
     if not signals:
         raise UsageError(
-            Diagnostic("NS4009", "there is no voltage or current to compare", hint="name --signals")
+            Diagnostic(
+                "NS4009",
+                "there is no voltage or current to compare",
+                hint="list them with --signals",
+            )
         )
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
     result = run(

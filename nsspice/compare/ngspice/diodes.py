@@ -43,7 +43,7 @@ def write_leg(
     if isinstance(body, JunctionBody):
         _junction(writer, name, body, a, b, ic)
     elif not isinstance(body, CurveBody):
-        raise untranslatable(f"{name}: ngspice has nothing that could stand for its law")
+        raise untranslatable(f"{name}: ngspice has no equivalent for its law")
     elif writer.options.junction == "sidiode":
         _piecewise(writer, name, body, a, b)
     else:
@@ -92,7 +92,9 @@ def _piecewise(writer: DeckWriter, name: str, body: CurveBody, a: str, b: str) -
         else:
             words |= {"vrev": pair.offset, "rrev": slope}
     if not words["ron"]:
-        raise untranslatable(f"{name}: ngspice has no diode that never conducts forward")
+        raise untranslatable(
+            f"{name}: ngspice has no diode that never conducts in forward direction"
+        )
     exact = " ".join(f"{key}={value!r}" for key, value in words.items())
     short = " ".join(f"{key}={value:g}" for key, value in words.items())
     model = writer.model(exact, "sidiode", f"sidiode({exact})")
@@ -121,7 +123,7 @@ def _sharp_junctions(writer: DeckWriter, name: str, body: CurveBody, a: str, b: 
     used = f"junction D(is={options.saturation:g} n={n:g})"
     law = law_name(body)
     if law != "ideal diode":
-        used += " with a source and resistances for its corners and slopes"
+        used += " with a source and resistances for its breakpoints and slopes"
     writer.substitute(name, law, used)
 
 

@@ -35,7 +35,7 @@ def write(writer: DeckWriter, element: Element, device: Device) -> None:
     """
     place = KINDS[element.letter].translation
     if not place:
-        raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+        raise untranslatable(f"{element.name}: ngspice has no equivalent for it")
     resolve(place)(writer, element, device)
 
 
@@ -57,7 +57,7 @@ def write_passive(writer: DeckWriter, element: Element, device: Device) -> None:
     rise = device.coefficients
     if writer.sweeps_temperature and rise:
         if rise.temp is not None or rise.tnom is not None:
-            raise untranslatable(f"{element.name} has a temperature of its own in a .dc temp sweep")
+            raise untranslatable(f"{element.name} has its own temperature in a .dc temp sweep")
         value = device.value
         coefficients = f"tc1={rise.tc1!r} tc2={rise.tc2!r} dtemp={rise.dtemp!r}"
         if rise.tce:
@@ -93,7 +93,7 @@ def write_source(writer: DeckWriter, element: Element, device: Device) -> None:
         return
     waveform, *end = device.waveforms(writer.conditions)
     if end:
-        raise untranslatable(f"{device.name}: ngspice has no sine of a limited number of cycles")
+        raise untranslatable(f"{device.name}: ngspice has no sine with a limited number of cycles")
     text, sharp = source_text(waveform, writer.stop, writer.edge)
     words: list[object] = [writer.names.element(device.letter, device.name)]
     if isinstance(device, VoltageSource):

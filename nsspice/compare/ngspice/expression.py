@@ -140,7 +140,7 @@ def _call(item: Node, args: list[str]) -> str:
     raise UsageError(
         Diagnostic(
             "NS4014",
-            f"ngspice has no function {name} as it is used here",
-            hint="compare a deck without it, or name a reference CSV",
+            f"ngspice has no function {name} in the form used here",
+            hint="compare a deck without it, or use a reference CSV file",
         )
     )

@@ -39,7 +39,7 @@ def write_mosfet(writer: DeckWriter, element: Element, device: object) -> None:
         body = f"vdmos({'nchan' if device.n else 'pchan'} {' '.join(words)})"
         _line(writer, device, nodes, writer.model(("card", id(element.model)), "power", body), {})
     else:
-        raise untranslatable(f"{element.name}: ngspice has nothing that could stand for it")
+        raise untranslatable(f"{element.name}: ngspice has no equivalent for it")
 
 
 def write_jfet(writer: DeckWriter, element: Element, device: Jfet) -> None:

@@ -79,7 +79,7 @@ def _run_library(text: str, folder: Path, timeout: float) -> RawRun:
     if done.returncode == NO_PYSPICE:
         raise _Missing("the package PySpice is not installed")
     if done.returncode == NO_LIBRARY:
-        raise _Missing("the library of ngspice is not installed")
+        raise _Missing("the ngspice library is not installed")
     result = folder / "result.json"
     if not result.exists() or not result.stat().st_size:
         lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]

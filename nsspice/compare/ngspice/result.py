@@ -182,12 +182,14 @@ def _failure(
     if reason == "failed":
         text = f"ngspice failed{where}" + (f": {said_lines[0]}" if said_lines else "")
     elif reason == "stopped early":
-        text = f"ngspice stopped{where} without saying why"
+        text = f"ngspice stopped{where} without a reason"
     hints = {
-        "timestep too small": "soften it: --junction 0.1, a larger --ron, or looser --reltol",
-        "no operating point": "start with uic, or soften it: --junction 0.1, a larger --ron",
+        "timestep too small": "use softer substitutes: --junction 0.1, a larger --ron, or a "
+        "looser --reltol",
+        "no operating point": "start with uic, or use softer substitutes: --junction 0.1, a "
+        "larger --ron",
         "code model missing": "install the program ngspice, or use --junction 0.01",
     }
-    hint = hints.get(reason, "look at the deck with --deck FILE")
+    hint = hints.get(reason, "save the deck with --deck FILE and look at it")
     instant = reached if isinstance(translation.analysis, Tran) else None
     return NgspiceError(Diagnostic("NS5010", text, hint=hint), reason, translation, instant)

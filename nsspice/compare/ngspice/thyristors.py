@@ -20,7 +20,7 @@ def write_thyristor(writer: DeckWriter, thyristor: Thyristor) -> None:
     if isinstance(thyristor, LatchingThyristor):
         raise untranslatable(
             f"{name}: ngspice has no ideal thyristor",
-            "give vbo and ih as well: a falling characteristic can be said in ngspice",
+            "also give vbo and ih: ngspice can express a falling characteristic",
         )
     anode, cathode, *rest = writer.ends(name, thyristor.nodes, "akg")
     inner = writer.names.inner(f"{name}_drop")

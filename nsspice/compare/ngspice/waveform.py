@@ -154,7 +154,8 @@ def _unrolled(v: tuple[float, ...], repeat: float, stop: float) -> list[tuple[fl
         raise UsageError(
             Diagnostic(
                 "NS4014",
-                f"a PWL source repeats {turns} times within the run, too often to be written out",
+                f"a PWL source repeats {turns} times within the run, too many times to be "
+                f"written out",
                 hint="shorten the run, or use PULSE or SIN",
             )
         )

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ..stamper import Layout
     from ..valve import Valve
 
-_SMOOTH = "leave it out, or leave out the set-valued parameters for a smooth junction"
+_SMOOTH = "remove it, or remove the set-valued parameters for a smooth junction"
 
 
 #: the set-valued effects, on the model card or on the element line, which goes first
@@ -103,7 +103,7 @@ class Diode(LegDevice):
         *DIODE_LOSSES,
         refused("epsilon", "width of a rounded corner", "the corner is sharp: write epsilon=0"),
         refused("revepsilon", "width of a rounded corner", "the corner is sharp: revepsilon=0"),
-        refused("ilimit", "current limit", "leave it out, or limit the current by a source"),
+        refused("ilimit", "current limit", "remove it, or limit the current with a source"),
         refused("revilimit", "reverse current limit", "leave it out"),
         refused("rs", "ohmic resistance", "add it to ron"),
         refused("cjo", "junction capacitance", "put a capacitor in parallel"),
@@ -253,15 +253,17 @@ def check_law(
     roff = math.inf if law.roff is None else law.roff
     for key, value in (("ron", law.ron), ("rrev", law.rrev)):
         if value is not None and not 0.0 <= value < roff:
-            wrong(key, f"{key}={value:g} Ohm must lie between 0 and roff", f"roff is {roff:g} Ohm")
+            wrong(key, f"{key}={value:g} Ohm must be between 0 and roff", f"roff is {roff:g} Ohm")
     if roff <= 0.0:
-        wrong("roff", "roff must be positive", "leave it out for an ideally blocking diode")
+        wrong("roff", "roff must be positive", "remove it for an ideally blocking diode")
     if math.isinf(law.vfwd or 0.0):
         wrong("vfwd", "vfwd must be finite", "give a voltage")
     if law.vrev is not None and law.vrev + (law.vfwd or 0.0) < 0.0:
-        wrong("vrev", "the breakdown lies above the forward drop", "vrev is a positive number")
+        wrong(
+            "vrev", "the breakdown voltage is above the forward drop", "vrev is a positive number"
+        )
     if law.vrev is not None and math.isinf(law.vrev):
-        wrong("vrev", "vrev must be finite", "leave it out for a diode that never breaks down")
+        wrong("vrev", "vrev must be finite", "remove it for a diode that never breaks down")
     if law.rrev is not None and law.vrev is None:
         where = params["rrev"].span if "rrev" in params else span
         findings.warning("NS2052", f"{owner}: rrev has no effect without vrev", where)

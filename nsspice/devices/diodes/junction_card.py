@@ -12,8 +12,8 @@ from .junction import STEEPEST, JunctionLaw
 if TYPE_CHECKING:
     from ...netlist.deck import Model
 
-_SIDEWALL = "leave it out, or add a second diode for the sidewall"
-_GAP = "leave it out: the band gap of silicon is used"
+_SIDEWALL = "remove it, or add a second diode for the sidewall"
+_GAP = "remove it: the band gap of silicon is used"
 
 CARD = Table(
     Parameter("is", "saturation current", "A", 1e-14, aliases=("js",)),
@@ -58,7 +58,7 @@ CARD = Table(
     refused("gap1", "band gap over temperature", _GAP, neutral=(7.02e-4,)),
     refused("gap2", "band gap over temperature", _GAP, neutral=(1108.0,)),
     refused("area", "area factor", "write it on the element line", neutral=(1.0,)),
-    refused("vp", "soft recovery", "leave it out: tt alone is simulated"),
+    refused("vp", "soft recovery", "remove it: only tt is simulated"),
     refused("rsw", "sidewall resistance", _SIDEWALL, "Ohm"),
     refused("jtun", "tunnel current", "leave it out, or add a B source", "A"),
     refused("jtunsw", "tunnel current of the sidewall", "leave it out, or add a B source", "A"),
@@ -103,7 +103,7 @@ def read_junction(model: Model, findings: Findings) -> JunctionLaw | None:
                 "NS2005",
                 f"{owner}: {key}={value:g} must be {sign} {low:g}{limit}",
                 next((model.params[k].span for k in model.params if _main(k) == key), model.span),
-                "leave it out for a junction without this effect",
+                "remove it for a junction without this effect",
             )
     for key in ("ibv", "ibvl"):
         if key in given and "bv" not in given:
@@ -112,7 +112,7 @@ def read_junction(model: Model, findings: Findings) -> JunctionLaw | None:
         if given.get(key, 0.0) not in (0.0, 1.0):
             findings.error(
                 "NS2008",
-                f"{owner}: {key}={given[key]:g} is not simulated by this version",
+                f"{owner}: {key}={given[key]:g} is not simulated",
                 model.params[key].span,
                 "0 and 1 are",
             )

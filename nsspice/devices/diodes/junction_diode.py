@@ -52,15 +52,14 @@ class JunctionDiode(LegDevice):
                 "NS2005",
                 f"{element.name} gives {wrong[0]}, but its model {model.name} is a smooth junction",
                 element.params[wrong[0]].span,
-                f"write {model.name} with set-valued parameters, or leave {wrong[0]} out",
+                f"write {model.name} with set-valued parameters, or remove {wrong[0]}",
             )
             return None
         sized = [key for key in ("w", "l") if key in element.params]
         if sized and "level" in model.params and model.params["level"].value == 3.0:
             findings.error(
                 "NS2008",
-                f"{sized[0]} of {element.name} (size of a level 3 diode) is not simulated by this "
-                "version",
+                f"{sized[0]} of {element.name} (size of a level 3 diode) is not simulated",
                 element.params[sized[0]].span,
                 "give area=",
             )

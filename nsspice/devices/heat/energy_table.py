@@ -80,7 +80,7 @@ def energy_table(param: Param, owner: str, findings: Findings | None = None) -> 
     value = param.value
     if isinstance(value, int | float):
         value = Grid({"e": (float(value),)})
-    wrong = f"{param.name} of {owner} is no table of energies"
+    wrong = f"{param.name} of {owner} is not a table of energies"
     if isinstance(value, Grid):
         lists = value.lists
         unknown = [name for name in lists if name not in (*_AXES, "e")]
@@ -90,13 +90,13 @@ def energy_table(param: Param, owner: str, findings: Findings | None = None) -> 
         if unknown:
             wrong = f"{param.name} of {owner} has no axis {unknown[0]}"
         elif any(b <= a for axis in axes for a, b in pairwise(axis)):
-            wrong = f"the values of an axis of {param.name} of {owner} must rise"
+            wrong = f"the values of an axis of {param.name} of {owner} must increase"
         elif any(axis[0] < 0.0 for axis in axes[:2]):
-            wrong = f"{param.name} of {owner}: currents and voltages are sizes, from 0 on"
+            wrong = f"{param.name} of {owner}: currents and voltages must be 0 or more"
         elif len(energies) != count:
             wrong = f"{param.name} of {owner} has {len(energies)} energies e for {count} points"
         elif not all(0.0 <= e < math.inf for e in energies):
-            wrong = f"{param.name} of {owner}: energies are not negative"
+            wrong = f"{param.name} of {owner}: energies must not be negative"
         else:
             return EnergyTable(axes, energies)
     if findings is not None:

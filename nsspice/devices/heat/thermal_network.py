@@ -21,8 +21,8 @@ from ...netlist.deck import Grid, Param
 from ...netlist.findings import Findings
 
 _HINTS = {
-    "foster": "write Foster=table(r=0.1 0.3 tau=1m 50m): K/W and s of each term",
-    "cauer": "write Cauer=table(r=0.1 0.3 c=10m 0.2): K/W and J/K from the junction on",
+    "foster": "write Foster=table(r=0.1 0.3 tau=1m 50m): K/W and s for each term",
+    "cauer": "write Cauer=table(r=0.1 0.3 c=10m 0.2): K/W and J/K, starting at the junction",
 }
 
 

@@ -35,11 +35,11 @@ if TYPE_CHECKING:
     from ...netlist.deck import Model
 
 _OWN = (
-    Parameter("theta", "fall of the mobility in the field of the gate", "1/V"),
-    Parameter("eta", "static feedback of the drain on the threshold"),
+    Parameter("theta", "mobility reduction by the gate field", "1/V"),
+    Parameter("eta", "static feedback of the drain voltage on the threshold"),
     Parameter("delta", "effect of the width on the threshold"),
     Parameter("vmax", "saturated velocity of carriers", "m/s"),
-    Parameter("kappa", "factor of the channel's shortening", "", 0.2),
+    Parameter("kappa", "channel length modulation factor", "", 0.2),
     Parameter("nfs", "density of fast surface states: current below threshold", "1/cm2"),
     Parameter("xj", "depth of the junctions: short channels", "m"),
     Parameter("tox", "thickness of the oxide", "m", 1e-7),

@@ -27,7 +27,7 @@ _TYPES = ("nmos", "pmos", *VDMOS_TYPES)
 #: what users of other models are told
 _OTHER = (
     "LEVEL=1 and 3, VDMOS and the switch are simulated, and LEVEL=2 with GAMMA, DELTA, VMAX, NFS "
-    "of zero; as a switch: add the word switch to the card"
+    "zero; or add the word switch to the card"
 )
 
 MULTIPLE = Parameter("m", "number of equal transistors in parallel", "", 1.0)
@@ -85,9 +85,9 @@ class Mosfet(Device):
         if "thermal" in element.flags:
             context.findings.error(
                 "NS2008",
-                f"self-heating of {element.name} (thermal) is not simulated by this version",
+                f"self-heating of {element.name} (thermal) is not simulated",
                 element.flags["thermal"],
-                "give temp=, the temperature that you expect",
+                "give temp=, the expected temperature",
             )
             return None
         check_flags(cls, element, context.findings)
@@ -177,7 +177,7 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
         return Vdmos
     context.findings.error(
         "NS2008",
-        f"model {model.name} ({model.type}, level {level}) is not simulated by this version",
+        f"model {model.name} ({model.type}, level {level}) is not simulated",
         model.span,
         _OTHER,
     )

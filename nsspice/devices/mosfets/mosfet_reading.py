@@ -53,7 +53,7 @@ def as_switch(element: Element, model: Model, context: Context) -> MosfetSwitch 
         context.findings.error(
             "NS2008",
             f"model {model.name} ({model.type}, level {given.value}) cannot be read as a switch: "
-            "it does not say VTO and KP",
+            f"VTO and KP are missing",
             model.span,
             f"write .model {model.name} {model.type}(ideal Vto= Ron= body=)",
         )
@@ -68,8 +68,8 @@ def as_switch(element: Element, model: Model, context: Context) -> MosfetSwitch 
     if law is None:
         context.findings.error(
             "NS2005",
-            f"{element.name} cannot be read as a switch: {level:g} V at its gate do not open its "
-            "channel",
+            f"{element.name} cannot be read as a switch: {level:g} V at its gate does not open "
+            f"its channel",
             element.span,
             "write .options mosfet=switch vgson=10 if the gate is driven by 10 V",
         )
@@ -85,7 +85,7 @@ def as_switch(element: Element, model: Model, context: Context) -> MosfetSwitch 
     )
     if diode is not None:
         text += f", body diode of {diode.vfwd:.3g} V"
-    text += f"; left out: {', '.join(left)}" if left else ""
+    text += f"; omitted: {', '.join(left)}" if left else ""
     context.switched.setdefault(text, []).append(element)
     plain = replace(element, nodes=element.nodes[:3]) if power else element
     return MosfetSwitch(plain, smooth.n, law, legs, smooth.parallel)

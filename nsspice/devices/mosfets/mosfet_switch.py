@@ -259,7 +259,7 @@ def switch_law(
     """
     ron, roff, width = given.get("ron", 0.0), given.get("roff", math.inf), given.get("vh", 0.0)
     if not 0.0 <= ron < roff:
-        message = f"{owner}: ron={ron:g} Ohm must lie between 0 and roff={roff:g} Ohm"
+        message = f"{owner}: ron={ron:g} Ohm must be between 0 and roff={roff:g} Ohm"
         findings.error("NS2005", message, element.span)
         return None
     if width < 0.0:

@@ -22,7 +22,7 @@ CARD = Table(
     Parameter("vto", "threshold, negative for p-channel", "V", 0.0, aliases=("vth0", "vt0")),
     Parameter("kp", "transconductance", "A/V2", _KP),
     Parameter("lambda", "channel length modulation", "1/V"),
-    Parameter("theta", "fall of the mobility with the gate voltage", "1/V"),
+    Parameter("theta", "mobility reduction with the gate voltage", "1/V"),
     Parameter("mtriode", "conductance multiplier of the triode region", "", 1.0),
     Parameter("ksubthres", "slope of the current below the threshold", "V", 0.1),
     Parameter("subshift", "shift of that along the gate voltage", "V", 0.0),
@@ -135,7 +135,7 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
         shown = " and ".join("Vto = 0" if key == "vto" else "Kp = 1 A/V2" for key in missing)
         findings.warning(
             "NS2058",
-            f"{owner} gives no {' and no '.join(missing)}: {shown}, LTspice's, are taken",
+            f"{owner} gives no {' and no '.join(missing)}: {shown}, LTspice's values, are used",
             model.span,
             "ngspice takes those of an IRF540",
         )

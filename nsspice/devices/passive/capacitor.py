@@ -60,7 +60,7 @@ class Capacitor(Passive):
             return None
         if device.value == 0.0:
             context.findings.warning(
-                "NS2054", f"{element.name} has no capacitance and is left out", element.span
+                "NS2054", f"{element.name} has no capacitance and is omitted", element.span
             )
         effects = [Effect("capacitance", "value", device.value * device.m, "F")]
         if device.ic is not None:

@@ -51,7 +51,7 @@ class Coupling(Device):
                 "NS2010",
                 f"the coupling {element.name} = {k:g} is larger than 1",
                 element.span,
-                "a coupling lies between -1 and 1; 1 is a perfect transformer",
+                "a coupling is between -1 and 1; 1 is a perfect transformer",
             )
             return None
         if len(element.controls) < 2 or len(set(element.controls)) < len(element.controls):

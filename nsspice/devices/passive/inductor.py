@@ -57,7 +57,7 @@ class Inductor(Passive):
             return None
         if device.value == 0.0:
             context.findings.warning(
-                "NS2054", f"{element.name} has no inductance and is a short", element.span
+                "NS2054", f"{element.name} has no inductance and is a short circuit", element.span
             )
         effects = [Effect("inductance", "value", device.value / device.m, "H")]
         if device.ic is not None:

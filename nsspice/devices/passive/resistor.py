@@ -62,7 +62,8 @@ class Resistor(Passive):
         if value < 0.0:
             context.findings.warning(
                 "NS2053",
-                f"{element.name} has a negative resistance ({value:g} Ohm): it feeds energy, and "
+                f"{element.name} has a negative resistance ({value:g} Ohm): it supplies energy, "
+                f"and "
                 "the circuit may have several solutions or none",
                 element.span,
             )

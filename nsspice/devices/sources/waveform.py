@@ -72,7 +72,7 @@ def _check_period(
         findings.warning(
             "NS2056",
             f"{owner}: rise, width and fall ({length:g} s) are longer than the period "
-            f"({period:g} s), each pulse is cut off",
+            f"({period:g} s), each pulse is truncated",
             source.span,
         )
 
@@ -91,12 +91,12 @@ def _check_pwl(source: Source, wrong: Callable[..., None]) -> None:
         if after < before:
             wrong(
                 f"the times of pwl must not decrease ({after:g} s after {before:g} s)",
-                "sort the points; equal times make a jump",
+                "sort the points; two equal times are a jump",
             )
             return
     repeat = source.options.get("r")
     if repeat is not None and repeat >= 0.0 and not repeat < times[-1]:
-        wrong(f"r={repeat:g} lies not before the last time {times[-1]:g}", "give an earlier time")
+        wrong(f"r={repeat:g} is not before the last time {times[-1]:g}", "give an earlier time")
 
 
 def _given(source: Source, index: int, default: float) -> float:

@@ -74,7 +74,7 @@ _REFUSED = (
     refused("level", "model level", "use level=1", neutral=(1.0,)),
 )
 #: instead of what Xyce adds
-_PAIR = "leave it out: the switch keeps its state between the voltages of on and off"
+_PAIR = "remove it: between the on and off voltages the switch keeps its state"
 _RESISTANCES = (
     Parameter("ron", "resistance while closed", "Ohm", 0.0),
     Parameter("roff", "resistance while open", "Ohm", math.inf),
@@ -276,7 +276,7 @@ def _read_law(
             "NS2005",
             f"{owner}: ron={ron:g} and roff={roff:g} Ohm must be >= 0 and not both 0",
             model.span,
-            "for a permanent short use a 0 Ohm resistor",
+            "for a permanent short circuit use a 0 Ohm resistor",
         )
     inverted = False
     if smooth:
@@ -295,7 +295,7 @@ def _read_law(
             width = -width
             findings.warning(
                 "NS2055",
-                f"{owner}: a negative {letter}h asks for a smooth transition; the switch closes at "
+                f"{owner}: a negative {letter}h requests a smooth transition; the switch closes at "
                 f"{threshold + width:g} and opens at {threshold - width:g} instead",
                 model.params[f"{letter}h"].span,
                 f"write {letter}h=0, or a positive hysteresis",

@@ -22,7 +22,7 @@ CARD = Table(
     Parameter("vrev", "reverse breakdown voltage, positive", "V"),
     Parameter("rrev", "resistance in reverse breakdown, default ron", "Ohm"),
     Parameter("igt", "gate current that triggers", "A"),
-    Parameter("vgt", "gate voltage: that triggers, with igt the drop of the gate", "V", 0.0),
+    Parameter("vgt", "gate voltage that triggers; with igt, the drop of the gate", "V", 0.0),
     Parameter("rg", "resistance of the gate", "Ohm", 0.0),
     *(inert(name, "rating or note") for name in ("mfg", "type", "iave", "vpk", "irms", "ipk")),
 )
@@ -40,7 +40,7 @@ EFFECTS = (
     ("rg", "gate resistance", "Ohm", -1),
 )
 _FORMS = (
-    "give igt or vgt for an ideal thyristor that its gate fires; vbo, vh, ih, ron (and igt) for "
+    "give igt or vgt for an ideal thyristor fired by its gate; vbo, vh, ih, ron (and igt) for "
     "one with a falling characteristic; or the curve V={expr(i)} with alpha and ron"
 )
 
@@ -77,13 +77,13 @@ def check_card(
             wrong(key, f"{key}={card[key]:g} must be positive", "give a positive number")
     if curve is None:
         if card.get("vbo", math.inf) < card.get("vh", 0.0):
-            wrong("vbo", "the breakover lies below the holding voltage", "give vbo > vh")
+            wrong("vbo", "the breakover voltage is below the holding voltage", "give vbo > vh")
         if "alpha" in card:
             wrong("alpha", "alpha belongs to a curve V={expr(i)}", _FORMS)
     else:
         for key in ("vbo", "vh", "ih", "igt"):
             if key in card:
-                wrong(key, f"{key} is given beside a curve V={{expr(i)}}", _FORMS)
+                wrong(key, f"{key} is given together with a curve V={{expr(i)}}", _FORMS)
         if gated:
             message = f"{element.name} has a gate, which a curve V={{expr(i)}} does not read"
             wrong("v", message, _FORMS)

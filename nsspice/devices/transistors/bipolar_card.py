@@ -85,7 +85,7 @@ CARD = Table(
     refused("rco", "epitaxial resistance", "use rc", "Ohm"),
     refused("qco", "epitaxial charge", "use tr"),
     *(
-        refused(name, "way to follow the temperature", "leave it out, or give tbf1, trb1 ...")
+        refused(name, "way to follow the temperature", "remove it, or give tbf1, trb1 ...")
         for name in ("tlev", "tlevc")
     ),
     *(inert(name, "epitaxial region") for name in ("vo", "gamma", "vg", "cn", "d", "quasimod")),
@@ -156,17 +156,17 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
             "NS2052",
             f"{', '.join(broken)} of {owner} are ignored: its transistors do not break down",
             model.params[broken[0]].span,
-            "if they come so far, put a diode with BV across the junction",
+            "if they can reach that voltage, put a diode with BV across the junction",
         )
     params = {key: param for key, param in model.params.items() if key not in broken}
     given = CARD.read(params, owner, findings)
     check_bounds(given, model, findings, positive=_POSITIVE, free=_SIGNED)
     if given.get("subs", 1.0) not in (1.0, -1.0):
         wrong = f"{owner}: subs={given['subs']:g} must be 1 (collector) or -1 (base)"
-        hint = "leave it out: 1 is the rule of NPN, -1 that of PNP transistors"
+        hint = "remove it: the default is 1 for NPN and -1 for PNP transistors"
         findings.error("NS2005", wrong, model.params["subs"].span, hint)
     if given.get("xcjc", 1.0) > 1.0:
-        wrong = f"{owner}: xcjc={given['xcjc']:g} is a share of cjc: at most 1"
+        wrong = f"{owner}: xcjc={given['xcjc']:g} is a fraction of cjc: at most 1"
         findings.error("NS2005", wrong, model.params["xcjc"].span)
     for key, needed in (("rbm", "rb"), ("irb", "rbm")):
         if given.get(key) and needed not in given:

@@ -36,7 +36,7 @@ _GAINS = (
     Parameter("alphai", "share of the collector's diode current in the emitter"),
 )
 #: parameters of SPICE's transistor that another parameter stands for here
-_OTHER = "alphan, alphai and the diodes DE and DC say it"
+_OTHER = "alphan, alphai and the diodes DE and DC define it"
 
 
 class EbersMoll(Transistor):
@@ -109,9 +109,9 @@ class EbersMoll(Transistor):
             if not 0.0 <= shares.get(key, 0.0) <= 1.0:
                 findings.error(
                     "NS2005",
-                    f"{key}={shares[key]:g} of {element.name} must lie between 0 and 1",
+                    f"{key}={shares[key]:g} of {element.name} must be between 0 and 1",
                     (element.params.get(key) or model.params[key]).span,
-                    "it is the share of one diode's current that the other terminal carries",
+                    "it is the fraction of one diode's current that the other terminal carries",
                 )
                 return None
         if parallel is None:

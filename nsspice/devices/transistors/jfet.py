@@ -195,7 +195,7 @@ def _check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     before = len(findings.errors)
     given = CARD.read(model.params, owner, findings)
     if given.get("level", 1.0) != 1.0:
-        message = f"{owner}: level {given['level']:g} of a JFET is not simulated by this version"
+        message = f"{owner}: level {given['level']:g} of a JFET is not simulated"
         findings.error("NS2008", message, model.params["level"].span, "level 1 is")
     check_bounds(given, model, findings, positive=_POSITIVE, free=_FREE)
     limited(given, "m", STEEPEST, model, findings)

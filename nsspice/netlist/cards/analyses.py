@@ -18,7 +18,7 @@ MAX_POINTS = 10_000_000
 
 #: words of LTspice's .tran
 _MODIFIERS = {
-    "startup": "it raises all sources in 20 us: leave it out to start from the operating point, "
+    "startup": "it ramps all sources up in 20 us: remove it to start from the operating point, "
     "or write uic to start from zero",
     "steady": "write .pss for the periodic steady state",
 }
@@ -42,7 +42,7 @@ def tran(context: Context, line: Line) -> None:
     if len(pairs) > orbit:
         other = next(p for p in pairs if p.text != "start" or p.items[1].text != "pss")
         where = line.span(other.start, other.end)
-        message = ".tran has no named argument but start=pss"
+        message = ".tran has no named argument except start=pss"
         raise Unreadable("NS1080", message, where, _TRAN_HINT)
     uic = False
     numbers: list[float] = []
@@ -75,7 +75,7 @@ def tran(context: Context, line: Line) -> None:
     if stop <= 0.0 or (step is not None and step < 0.0):
         raise Unreadable("NS1080", ".tran: times must be positive", where, _TRAN_HINT)
     if not 0.0 <= start < stop:
-        message = f".tran: the start {start:g} must lie between 0 and the stop {stop:g}"
+        message = f".tran: the start {start:g} must be between 0 and the stop {stop:g}"
         raise Unreadable("NS1080", message, where, _TRAN_HINT)
     if step is not None and step > stop:
         message = f".tran: the step {step:g} is larger than the stop {stop:g}"
@@ -214,7 +214,7 @@ def _linear(
     if increment == 0.0:
         raise Unreadable("NS1080", f"{card}: the step is zero", where)
     if (stop - start) * increment < 0.0:
-        message = f"{card}: a step of {increment:g} does not lead from {start:g} to {stop:g}"
+        message = f"{card}: a step of {increment:g} does not go from {start:g} to {stop:g}"
         raise Unreadable("NS1080", message, where, "change the sign of the step")
     total = (stop - start) / increment
     if total > MAX_POINTS:

@@ -81,7 +81,7 @@ class Context:
         first, *rest = items(line)
         if first.kind != "word":
             where = line.span(first.start, first.end)
-            message = "a blank is needed after the name of the card"
+            message = "put a blank after the name of the card"
             raise Unreadable("NS1007", message, where)
         return rest
 
@@ -113,8 +113,10 @@ class Context:
         full = self.here.prefix + name
         if not self.is_element(full):
             if full in self._expander.places:
-                message = f"{name[:60]} is an instance: no current belongs to it"
-                raise Unreadable("NS1070", message, span, f"name an element in it: i({name}.r1)")
+                message = f"{name[:60]} is an instance, which has no current of its own"
+                raise Unreadable(
+                    "NS1070", message, span, f"name an element inside it: i({name}.r1)"
+                )
             hint = suggest(name, self._near(self._expander.places))
             raise Unreadable("NS1070", f"there is no element {name[:60]}", span, hint)
         return full
@@ -134,7 +136,7 @@ class Context:
             form, _, inner = written.partition("(")
             name = f"{form[0]}({inner}" if form in COMPLEX_FORMS and complex_forms else written
             if form in COMPLEX_FORMS and not complex_forms:
-                message = f"{written} is a part of a complex signal, which only .measure ac has"
+                message = f"{written} is part of a complex signal, which exists only in .measure ac"
                 raise Unreadable("NS1022", message, where)
             if name[1:2] != "(":
                 continue

@@ -57,7 +57,7 @@ _IGNORED = {
     "width": "",
     "wave": "",
     "net": "",
-    "csparam": "it belongs to the .control block",
+    "csparam": "it belongs in a .control block",
     "machine": "",
     "loadbias": "",
     "savebias": "",
@@ -71,7 +71,7 @@ _OTHER_HINT = "only .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf and .sens are
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",
-    "del": "leave the lines out",
+    "del": "remove these lines",
     "ferret": "use .include with a local file",
     "load": "give initial values with .ic or IC=",
     "mc": "use .step",

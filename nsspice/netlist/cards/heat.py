@@ -41,6 +41,6 @@ def heat_sink(context: Context, line: Line) -> None:
     twice = {n for card in context.deck.heat_sinks for n in card.elements} & set(elements)
     if twice or len(set(elements)) < len(elements):
         name = min(twice) if twice else max(elements, key=elements.count)
-        message = f"{name} stands on a heat sink twice"
+        message = f"{name} is on a heat sink twice"
         raise Unreadable("NS1080", message, line.whole(), "name each element once")
     context.deck.heat_sinks.append(HeatSinkCard(network, tuple(elements), line.whole()))

@@ -46,7 +46,7 @@ def _once(context: Context, name: str, where: Span) -> str:
     if name not in known:
         return name
     count = next(k for k in range(2, len(known) + 2) if f"{name}#{k}" not in known)
-    message = f"measurement {name} stands in line {known[name].span.line}, too: "
+    message = f"measurement {name} is already on line {known[name].span.line}: "
     message += f"this one is called {name}#{count}"
     context.findings.warning("NS1006", message, where, "rename one of them")
     return f"{name}#{count}"
@@ -73,7 +73,7 @@ def measure(context: Context, line: Line) -> None:
     if analysis not in _ANALYSES:
         at = line.span(*found.span(1))
         if analysis in ("noise", "sp", "tf"):
-            message = f".measure {analysis} is ignored: its results stand in the summary"
+            message = f".measure {analysis} is ignored: the summary lists its results"
             context.findings.warning("NS1003", message, at)
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
@@ -177,7 +177,9 @@ class _Maker:
             return self._measure(
                 "trig_targ", first, first=self._edge(first), second=self._edge(parts[1])
             )
-        raise self._wrong(first, "trig and targ belong together" if key in ("trig", "targ") else "")
+        raise self._wrong(
+            first, "trig and targ must both be given" if key in ("trig", "targ") else ""
+        )
 
     def _measure(
         self,
@@ -202,7 +204,9 @@ class _Maker:
     def _wrong(self, part: _Part, reason: str, hint: str = "") -> Unreadable:
         where = self._line.span(part.start, part.end)
         message = f".measure {self._name}: {reason or 'this form is unknown'}"
-        return Unreadable("NS1080", message, where, hint or "the forms: docs/reference/cards.md")
+        return Unreadable(
+            "NS1080", message, where, hint or "see docs/reference/cards.md for the forms"
+        )
 
     def _bounds(self, start: int, end: int) -> tuple[int, int]:
         """Return the bounds without blanks and one pair of braces, quotes, or par()."""

@@ -34,7 +34,7 @@ def outputs(context: Context, line: Line) -> None:
         try:
             name = _signal(context, line, item, where)
         except Unreadable as problem:
-            message = f"{problem.message}; it is left out"
+            message = f"{problem.message}; it is omitted"
             context.findings.warning(problem.code, message, problem.span, problem.hint)
             continue
         if name and all(known.name != name for known in context.deck.saves):

@@ -26,7 +26,7 @@ def pss(context: Context, line: Line) -> None:
     for item in context.tail(line):
         where = line.span(item.start, item.end)
         if item.kind != "pair":
-            raise Unreadable("NS1080", ".pss has named arguments only", where, _HINT)
+            raise Unreadable("NS1080", ".pss takes only named arguments", where, _HINT)
         key = key_of(line, item)
         if key not in _NAMES or key in given:
             reason = "is given twice" if key in given else "is unknown"
@@ -54,15 +54,17 @@ def pss(context: Context, line: Line) -> None:
         right = given["trigger"].items[1]
         where = line.span(right.start, right.end)
         if right.kind != "call":
-            raise Unreadable("NS1080", ".pss: the trigger is a signal", where, _HINT)
+            raise Unreadable("NS1080", ".pss: the trigger must be a signal", where, _HINT)
         trigger = probe(context, right, where)
         if period is not None:
-            message = ".pss: a trigger decides about the period, which is given, too"
-            raise Unreadable("NS1080", message, where, "leave one of them out")
+            message = (
+                ".pss: a trigger and a period are both given, but the trigger determines the period"
+            )
+            raise Unreadable("NS1080", message, where, "remove one of them")
     harmonics = number("harms", 20.0)
     tstab = number("tstab", 0.0)
     if not (harmonics >= 1.0 and harmonics == int(harmonics)) or not 0.0 <= tstab < math.inf:
-        message = ".pss: harms counts from 1, and tstab is not negative"
+        message = ".pss: harms must be at least 1, and tstab must not be negative"
         raise Unreadable("NS1080", message, line.whole(), _HINT)
     card = PssCard(
         period,
@@ -87,7 +89,7 @@ def ac(context: Context, line: Line) -> None:
             raise Unreadable("NS1080", f".ac: {pair.text[:40]} is unknown", where, _AC_HINT)
         sidebands = context.number(line, pair.items[1], "a number")
         if not (sidebands >= 0.0 and sidebands == int(sidebands)):
-            raise Unreadable("NS1080", ".ac: sidebands counts from 0", where, _AC_HINT)
+            raise Unreadable("NS1080", ".ac: sidebands must be 0 or more", where, _AC_HINT)
     frequencies = _range(line, ".ac", words, context)
     card = AcCard(frequencies, int(sidebands), line.whole())
     context.deck.analyses.append(card)
@@ -107,7 +109,7 @@ def loop(context: Context, line: Line) -> None:
             "NS1070", f".loop: there is no source {name[:60]}", where, suggest(name, names) or hint
         )
     if source.letter != "v" or source.value is not None or "0" in source.nodes:
-        message = f".loop: {name} is no voltage source between two nodes of the loop"
+        message = f".loop: {name} is not a voltage source between two nodes of the loop"
         raise Unreadable("NS1080", message, where, hint)
     frequencies = _range(line, ".loop", words[1:], context)
     context.deck.analyses.append(LoopCard(name, frequencies, line.whole()))
@@ -140,7 +142,7 @@ def tf(context: Context, line: Line) -> None:
         known = next((e for e in context.deck.elements if e.name == output[2:-1]), None)
         if known is None or known.letter != "v":
             message = f".tf: the current {output} is not that of a voltage source"
-            raise Unreadable("NS1080", message, where, "put a source of 0 V into its path")
+            raise Unreadable("NS1080", message, where, "put a 0 V source in its path")
     source = _source(context, line, ".tf", list(flat(items[1:])), hint)
     context.deck.analyses.append(TfCard(output, source, line.whole()))
 
@@ -159,7 +161,7 @@ def _source(context: Context, line: Line, card: str, words: list[Item], hint: st
 
 def four(context: Context, line: Line) -> None:
     """Read ``.four [f] signal ... [harms=n] [periods=n]``."""
-    hint = "write .four 50 v(out) i(L1): the fundamental, which .pss knows, and signals"
+    hint = "write .four 50 v(out) i(L1): the fundamental (not needed with .pss) and signals"
     counts = {"harms": 10.0, "periods": 1.0}
     signals: list[str] = []
     frequency = None
@@ -170,7 +172,7 @@ def four(context: Context, line: Line) -> None:
                 raise Unreadable("NS1080", f".four: {item.text[:40]} is unknown", where, hint)
             value = context.number(line, item.items[1], "a number")
             if not (value >= 1.0 and value == int(value)):
-                message = f".four: {item.text} counts from 1"
+                message = f".four: {item.text} must be at least 1"
                 raise Unreadable("NS1080", message, where, hint)
             counts[item.text] = value
         elif item.kind == "call":
@@ -178,7 +180,7 @@ def four(context: Context, line: Line) -> None:
         elif frequency is None and not signals:
             frequency = context.number(line, item, "a frequency")
             if not (math.isfinite(frequency) and frequency > 0.0):
-                raise Unreadable("NS1080", ".four: the frequency is positive", where, hint)
+                raise Unreadable("NS1080", ".four: the frequency must be positive", where, hint)
         else:
             raise Unreadable("NS1080", ".four takes one frequency, then signals", where, hint)
     if not signals or any(name.startswith("p(") for name in signals):
@@ -194,7 +196,7 @@ def sens(context: Context, line: Line) -> None:
 
 
 def _sens(context: Context, line: Line) -> SensCard:
-    hint = "write .sens v(out) i(L1), or a measure, and what it is to be differentiated by"
+    hint = "write .sens v(out) i(L1), or .sens followed by a measure and parameters or elements"
     signals: list[str] = []
     elements: list[str] = []
     names: list[str] = []
@@ -235,7 +237,7 @@ def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[
     kind, numbers = words[0].text, [context.number(line, w, "a number") for w in words[1:]]
     frequencies = numbers if kind == "list" else _frequencies(line, kind, numbers)
     if not frequencies or not all(math.isfinite(f) and f >= 0.0 for f in frequencies):
-        message = f"{card}: frequencies are numbers from 0 on"
+        message = f"{card}: frequencies must be 0 or more"
         raise Unreadable("NS1080", message, line.whole(), hint)
     return tuple(frequencies)
 
@@ -246,7 +248,7 @@ def _frequencies(line: Line, kind: str, numbers: list[float]) -> list[float]:
         raise Unreadable("NS1080", f".ac {kind} takes three numbers", line.whole(), _AC_HINT)
     count, first, last = numbers
     if count < 1.0 or count != int(count) or not first <= last:
-        message = ".ac: a whole number of points, and frequencies in rising order, are needed"
+        message = ".ac needs a whole number of points and frequencies in rising order"
         raise Unreadable("NS1080", message, line.whole(), _AC_HINT)
     if kind == "lin":
         if count > _POINTS:
@@ -254,7 +256,9 @@ def _frequencies(line: Line, kind: str, numbers: list[float]) -> list[float]:
         steps = max(int(count) - 1, 1)
         return [first + (last - first) * k / steps for k in range(int(count))]
     if first <= 0.0:
-        raise Unreadable("NS1080", f".ac {kind}: frequencies are positive", line.whole(), _AC_HINT)
+        raise Unreadable(
+            "NS1080", f".ac {kind}: frequencies must be positive", line.whole(), _AC_HINT
+        )
     base = 10.0 if kind == "dec" else 2.0
     total = math.log(last / first, base) * count
     if total > _POINTS:

@@ -45,13 +45,13 @@ def points_of(terminals: Terminals, arguments: list[Item]) -> Points:
             return Points(items, tuple(relative), tuple(repeats))
         where = line.span(arguments[end].start, arguments[end].end)
         if arguments[end].text == "endrepeat":
-            message = f"{terminals.name}: endrepeat without a repeat before it"
+            message = f"{terminals.name}: endrepeat without a preceding repeat"
             raise Unreadable("NS1044", message, where, _FORM)
         count, inside = _count(terminals, arguments, end)
         close = _next(arguments, inside)
         if close == len(arguments) or arguments[close].text == "repeat":
-            what = "is not closed" if close == len(arguments) else "holds another one"
-            message = f"{terminals.name}: a repeat of PWL {what}"
+            what = "is not closed" if close == len(arguments) else "contains another one"
+            message = f"{terminals.name}: a PWL repeat {what}"
             raise Unreadable("NS1044", message, where, _FORM)
         first = len(items)
         _take(terminals, arguments[inside:close], items, relative, False)
@@ -62,7 +62,7 @@ def points_of(terminals: Terminals, arguments: list[Item]) -> Points:
         at = close + 1
         if count == math.inf and at < len(arguments):
             extra = line.span(arguments[at].start, arguments[at].end)
-            message = f"{terminals.name}: nothing follows what is repeated forever"
+            message = f"{terminals.name}: nothing can follow a part that is repeated forever"
             raise Unreadable("NS1009", message, extra, "remove it, or write REPEAT FOR n")
 
 
@@ -83,7 +83,7 @@ def _count(terminals: Terminals, arguments: list[Item], at: int) -> tuple[Value,
         reader = terminals.reader
         return reader.value(terminals.line, arguments[at + 2], "a number of turns"), at + 3
     where = terminals.line.span(arguments[at].start, arguments[at].end)
-    message = f"{terminals.name}: repeat needs FOREVER, or FOR and a number, behind it"
+    message = f"{terminals.name}: repeat must be followed by FOREVER, or by FOR and a number"
     raise Unreadable("NS1008", message, where, _FORM)
 
 
@@ -104,7 +104,7 @@ def _take(
             relative.append(len(items) + k)
         elif behind:
             where = line.span(left[k].start, left[k].end)
-            message = f"{terminals.name}: behind a repeated part this time may mean two things"
-            hint = "count it from the time before, +1u, or repeat all of the source"
+            message = f"{terminals.name}: after a repeated part this time is ambiguous"
+            hint = "make it relative to the previous time, +1u, or repeat the whole source"
             raise Unreadable("NS1009", message, where, hint)
     items += left

@@ -32,7 +32,7 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
     keys = {pair.text for pair in terminals.pairs}
     if {"laplace", "freq"} & (keys | {word}):
         message = f"{result.name}: transfer functions of s are not simulated"
-        hint = "build the filter of R, C and controlled sources"
+        hint = "build the filter from R, C and controlled sources"
         raise Unreadable("NS1002", message, result.span, hint)
     if word == "poly":
         terminals.next()

@@ -47,8 +47,8 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     found = items(line)
     if found[0].kind != "word":
         where = line.span(found[0].start, found[0].end)
-        hint = "a line starts with the name of an element, a blank, and its nodes"
-        raise Unreadable("NS1009", "the name of an element is needed here", where, hint)
+        hint = "a line starts with the name of an element, then its nodes"
+        raise Unreadable("NS1009", "the name of an element is missing here", where, hint)
     if kind is None:
         return instance(reader, line, found)
     plain: Template = resolve(kind.reader)(reader, line, found)
@@ -73,7 +73,7 @@ def _unknown(line: Line, letter: str) -> Unreadable:
         what, hint = _UNSUPPORTED[letter]
         return Unreadable("NS1005", f"{word}: {what} elements are not supported", where, hint)
     if letter == "+":
-        return Unreadable("NS1004", "a continuation without a line before it", where)
+        return Unreadable("NS1004", "a continuation line without a line to continue", where)
     hint = "a line starts with an element letter, a dot or *; a comment starts with *"
     return Unreadable("NS1004", f"no element starts with {letter}", where, hint)
 

@@ -66,7 +66,9 @@ def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
     if "lser" in places:
         places["rlshunt"] = places["lser"]
     elif "rlshunt" in given:
-        message = f"{element.name}: rlshunt lies across lser, which is not given, and is ignored"
+        message = (
+            f"{element.name}: rlshunt is ignored: it is connected across lser, which is not given"
+        )
         findings.warning("NS1003", message, given["rlshunt"].span)
     yield replace(element, nodes=(inner, b), params=kept)
     for key, param in given.items():

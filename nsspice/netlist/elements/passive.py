@@ -61,7 +61,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
                 where = line.span(model.start, model.end)
                 shown = f"{line.raw[found.start : found.end]}{line.raw[model.start : model.end]}"
                 message = f"{terminals.name}: {model.text} is not expected here"
-                hint = f"suffix and unit follow without a blank: {shown}"
+                hint = f"write the suffix and unit without a blank: {shown}"
                 raise Unreadable("NS1009", message, where, hint)
             if model:
                 result.model, result.model_span = model.text, line.span(model.start, model.end)
@@ -120,7 +120,8 @@ def coupling(reader: Reader, line: Line, items: list[Item]) -> Template:
             where = line.span(last.start, last.end)
             message = f"{terminals.name}: the core model {last.text} is not simulated"
             text = (
-                "leave it out for a linear core; saturation is Flux={expression of x} on an L line"
+                "remove it for a linear core; for saturation write Flux={expression of x} on "
+                "an L line"
             )
             raise Unreadable("NS1002", message, where, text)
         result.value = reader.value(line, last, "a coupling coefficient")

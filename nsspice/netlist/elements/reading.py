@@ -58,7 +58,7 @@ class Reader:
             hint = found.hint if plain else found.elsewhere
             self.findings.warning("NS1011", found.trap, line.span(start, end), hint)
         if not math.isfinite(found.value):
-            message = f"{text[:40]} is beyond the range of numbers"
+            message = f"{text[:40]} is out of range"
             raise Unreadable("NS1010", message, line.span(start, end))
         return found.value
 
@@ -79,7 +79,7 @@ class Reader:
         if tree.op == "num":
             value = float(tree.value)
             if not math.isfinite(value):
-                message = f"{text[:40]} is beyond the range of numbers"
+                message = f"{text[:40]} is out of range"
                 raise Unreadable("NS1010", message, line.span(start, end))
             return value
         return Formula(tree, line, start, end)
@@ -118,7 +118,7 @@ class Reader:
         where = line.span(item.start, item.end)
         text = line.raw[item.start : item.end]
         if re.match(r"[\d.]*\d[\w.]*[-+*/^]", text) or re.search(r"\w[*/+^-]\w", text):
-            hint = "an expression goes into braces, as in {2*r}"
+            hint = "put an expression in braces, as in {2*r}"
         else:
             hint = "numbers look like 1.5, 2e-3, 10k, 4.7u"
         raise Unreadable("NS1010", f"{text[:60]} is not {what}", where, hint)
@@ -163,7 +163,7 @@ class Reader:
                 lists[key].append(self.value(line, item))
             else:
                 hint = "write table(i=0 10 20 v=0 600 e=...): a name before each list of numbers"
-                raise Unreadable("NS1080", "a table is made of named lists", where, hint)
+                raise Unreadable("NS1080", "a table consists of named lists", where, hint)
         return GridText({name: tuple(values) for name, values in lists.items()})
 
     def params(
@@ -196,7 +196,7 @@ def key_of(line: Line, pair: Item) -> str:
     """Return the name on the left of a pair."""
     if not pair.text:
         where = line.span(pair.items[0].start, pair.items[0].end)
-        raise Unreadable("NS1007", "a name is needed to the left of =", where)
+        raise Unreadable("NS1007", "put a name to the left of =", where)
     return pair.text
 
 

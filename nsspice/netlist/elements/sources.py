@@ -81,7 +81,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         value.ac = (terminals.param_value(params.pop("ac")), 0.0)
     for key in ("r", "td"):
         if key == "r" and key in params and value.repeats:
-            message = f"{result.name}: r= beside a repeated part"
+            message = f"{result.name}: r= together with a repeated part"
             raise Unreadable("NS1009", message, params[key].span, "keep one of them")
         if key in params and value.kind == "pwl":
             value.options[key] = terminals.param_value(params.pop(key))
@@ -107,10 +107,11 @@ def _load(terminals: Terminals, item: Item) -> Unreadable:
     a, b = terminals.nodes
     return Unreadable(
         "NS1002",
-        f"{terminals.name}: load, a current that ends with the voltage across it, is not simulated",
+        f"{terminals.name}: load, a current that stops when its voltage reaches zero, is not "
+        f"simulated",
         terminals.line.span(item.start, item.end),
         "a constant current that falls to zero below 0.5 V is a table of the voltage: "
-        f"{terminals.name} {a} {b} TBL(0 0 0.5 1m), with the current in place of 1m",
+        f"{terminals.name} {a} {b} TBL(0 0 0.5 1m), with your current instead of 1m",
     )
 
 
@@ -175,9 +176,9 @@ def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
         shown = line.raw[first.start : second.end]
         terminals.reader.findings.warning(
             "NS1013",
-            f"{terminals.name}: {shown} is read as two arguments: a comma separates",
+            f"{terminals.name}: {shown} is read as two arguments: a comma is a separator",
             line.span(first.start, second.end),
-            "decimals are written with a point: 1.5",
+            "write decimals with a point: 1.5",
         )
 
 
@@ -188,6 +189,6 @@ def _unexpected(terminals: Terminals, item: Item, result: Template) -> None:
     message = f"{result.name}: {item.text[:40]} is not expected here"
     line = terminals.line
     if line.text[item.start - 1] == "," and line.text[item.start - 2].isdigit():
-        raise Unreadable("NS1013", f"{result.name}: a comma separates two values here", where,
-                         "decimals are written with a point: 1.5")  # fmt: skip
+        raise Unreadable("NS1013", f"{result.name}: the comma separates two values here", where,
+                         "write decimals with a point: 1.5")  # fmt: skip
     raise Unreadable("NS1009", message, where, near)

@@ -167,7 +167,7 @@ class Terminals:
             and before[0].isdigit()
             and item.text[:1].isdigit()
         ):
-            raise Unreadable("NS1013", f"{self.name}: a comma separates two values here", where,
-                             "decimals are written with a point: 1.5")  # fmt: skip
-        hint = "one value is enough; a unit is written without a blank: 1kOhm"
+            raise Unreadable("NS1013", f"{self.name}: the comma separates two values here", where,
+                             "write decimals with a point: 1.5")  # fmt: skip
+        hint = "give one value; write the unit without a blank: 1kOhm"
         raise Unreadable("NS1009", f"{self.name}: {shown} is not expected here", where, hint)

@@ -37,7 +37,7 @@ def count_problem(kind: str, count: int) -> tuple[str, str]:
     if kind == "pwl":
         if count >= 2 and count % 2 == 0:
             return "", ""
-        hint = "write PWL(t1 v1 t2 v2 ...), with r=0 behind it to repeat all of it"
+        hint = "write PWL(t1 v1 t2 v2 ...), followed by r=0 to repeat all of it"
         return f"pwl needs pairs of time and value, {count} numbers given", hint
     names, least = ARGUMENTS[kind]
     if least <= count <= len(names):

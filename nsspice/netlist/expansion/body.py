@@ -125,7 +125,7 @@ class BodyReader:
         before = body.subcircuits.get(header.name)
         if before is not None:
             message = f"subcircuit {header.name} is defined twice"
-            hint = f"the other one stands in line {before.header.span.line}"
+            hint = f"the other one is on line {before.header.span.line}"
             self._findings.error("NS1006", message, header.span, hint)
             return
         body.subcircuits[header.name] = Subcircuit(header, entry.block)
@@ -135,7 +135,9 @@ class BodyReader:
         branches: list[Branch] = []
         for index, (line, block) in enumerate(entry.branches):
             if index and branches[-1].condition is None:
-                raise Unreadable("NS1044", "a branch after .else", line.whole(), "move .else last")
+                raise Unreadable(
+                    "NS1044", "a branch comes after .else", line.whole(), "move .else last"
+                )
             found = re.match(r"\s*\.\w+\s*", line.text)
             start = found.end() if found else 0
             if card_of(line) == "else":
@@ -158,7 +160,7 @@ class BodyReader:
                 before = body.params.get(name)
                 if before is not None:
                     message = f"parameter {name} is defined again; the last definition counts"
-                    hint = f"the other one stands in line {before[1].line}"
+                    hint = f"the other one is on line {before[1].line}"
                     self._findings.warning("NS1032", message, where, hint)
                 body.params[name] = (formula, where)
         elif card == "func":
@@ -170,7 +172,7 @@ class BodyReader:
             known = body.models.get(found.name)
             if known is not None:
                 message = f"model {found.name} is defined twice"
-                hint = f"the other one stands in line {known.span.line}"
+                hint = f"the other one is on line {known.span.line}"
                 self._findings.error("NS1061", message, found.span, hint)
                 return
             body.models[found.name] = found
@@ -181,6 +183,6 @@ class BodyReader:
         """Declare a function."""
         if defined.name in body.functions:
             message = f"function {defined.name} is defined again; the last definition counts"
-            hint = f"the other one stands in line {body.functions[defined.name].span.line}"
+            hint = f"the other one is on line {body.functions[defined.name].span.line}"
             self._findings.warning("NS1032", message, defined.span, hint)
         body.functions[defined.name] = defined

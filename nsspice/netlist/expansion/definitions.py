@@ -114,7 +114,7 @@ def _closed_once(reader: Reader, line: Line) -> Line:
         return line
     message, hint = "the closing parenthesis is missing here", "add it"
     if surplus > 0:
-        message, hint = "a closing parenthesis too many is ignored", "remove it"
+        message, hint = "a surplus closing parenthesis is ignored", "remove it"
     while surplus > 0 and raw.endswith(")"):
         raw, surplus = raw[:-1].rstrip(), surplus - 1
     if surplus > 0:  # it stands elsewhere
@@ -142,7 +142,7 @@ class Header:
         for item in found[1:]:
             where = line.span(item.start, item.end)
             if item.text in seen:
-                message = f"subcircuit {self.name}: node {item.text} stands twice"
+                message = f"subcircuit {self.name}: node {item.text} appears twice"
                 raise Unreadable("NS1080", message, where)
             seen.add(item.text)
         for pair in pairs:

@@ -96,10 +96,10 @@ class Expander:
         """Register a full name; a second element of that name is an error."""
         before = self.places.get(name)
         if before is not None:
-            message = f"{local} stands twice: here and in line {before.line}"
+            message = f"{local} is defined twice: here and on line {before.line}"
             if before.file != span.file:
                 message += f" of {before.file}"
-            raise Unreadable("NS1006", message, span, "give one of them another name")
+            raise Unreadable("NS1006", message, span, "rename one of them")
         self.places[name] = span
 
     # -- elements ----------------------------------------------------------------------------
@@ -239,7 +239,7 @@ class Expander:
         if outside != "0":
             self._findings.warning(
                 "NS1045",
-                f"{item.name}: {header.name} calls one of its nodes ground: {outside} is not used",
+                f"{item.name}: {header.name} has ground among its nodes: {outside} is not used",
                 item.span,
                 f"connect {outside} to ground, or rename the node in .subckt {header.name}",
             )

@@ -106,8 +106,10 @@ def _turn(values: Sequence[float], marked: set[int], part: Repetition) -> list[f
     turn: list[float] = []
     _add(turn, values, marked, part.first, part.last)
     if not turn[-2] > 0.0:
-        message = "a part of a PWL that takes no time cannot be repeated"
-        raise Unreadable("NS1009", message, part.span, "the last time is the length of a turn")
+        message = "a part of a PWL with zero length cannot be repeated"
+        raise Unreadable(
+            "NS1009", message, part.span, "the last time is the length of one repetition"
+        )
     return turn
 
 

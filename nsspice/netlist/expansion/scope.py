@@ -152,7 +152,7 @@ class Scope:
             raise self._failed[name]
         if self._depth > 20:  # parameters within functions within parameters ...
             _, where = self.params[name]
-            message = f"parameter {name}: functions and parameters lead back to each other"
+            message = f"parameter {name}: functions and parameters refer to each other in a loop"
             raise Unreadable("NS1030", message, where)
         self._depth += 1
         stack = [name]
@@ -175,7 +175,9 @@ class Scope:
                     if other in path:
                         chain = [*list(path)[list(path).index(other) :], other]
                         message = f"parameters form a loop: {' -> '.join(chain[:30])}"
-                        raise Unreadable("NS1030", message, where, "break it with a number")
+                        raise Unreadable(
+                            "NS1030", message, where, "replace one of them by a number"
+                        )
                 if missing:
                     stack.extend(missing)
                     continue
@@ -213,7 +215,7 @@ class Scope:
             self._root().used_temper = True
         changing = sorted(signals - {"temper"})
         if changing:
-            message = f"a number is needed here, and {changing[0]} changes during the run"
+            message = f"a number is needed here, but {changing[0]} changes during the run"
             hint = "a B, E or G source may depend on signals"
             raise Unreadable("NS1025", message, value.span, hint)
         number = scalar(tree, {"temper": self.temperature})

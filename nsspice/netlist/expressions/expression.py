@@ -180,4 +180,4 @@ class Expression:
 
     def _too_large(self) -> Diagnostic:
         message = f"expression is nested deeper than {MAX_DEPTH} or too large: {self.text[:60]}"
-        return Diagnostic("NS1023", message, self.span, "split it over several elements")
+        return Diagnostic("NS1023", message, self.span, "split it into several elements")

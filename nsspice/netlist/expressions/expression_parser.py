@@ -137,7 +137,7 @@ def _number(text: str, start: int, end: int, place: Place, trap: Trap) -> Node:
         hint = "names start with a letter"
         raise Unreadable("NS1010", f"{word[:60]} is not a number", place(start, end), hint)
     if not math.isfinite(found.value):
-        message = f"{word[:60]} is beyond the range of numbers"
+        message = f"{word[:60]} is out of range"
         raise Unreadable("NS1010", message, place(start, end))
     if found.trap:
         trap(found.trap, found.hint, place(start, end))
@@ -191,7 +191,7 @@ def resolve(function: str, args: list[Node], known: list[str], where: Span | Non
     if function not in ARITY:
         raise unknown_function(function, known, where)
     if function == "limit" and len(args) == 2:
-        hint = "limit(x, low, high) holds x between two bounds"
+        hint = "limit(x, low, high) keeps x between two bounds"
         message = "limit with two arguments draws a random value, which is not supported"
         raise Unreadable("NS1022", message, where, hint)
     problem = arity_problem(function, len(args))
@@ -254,7 +254,7 @@ def _explain(text: str, place: Place, position: int | None) -> Unreadable:
     elif word in "'\"{}":
         hint = "braces and quotes do not nest"
     elif word[0] not in "_(." and not word[0].isalnum():
-        hint = "a value is missing before or behind it"
+        hint = "a value is missing before or after it"
     else:
         hint = "an operator or a closing parenthesis may be missing before it"
-    return Unreadable("NS1020", f"{word} does not fit into the expression here", where, hint)
+    return Unreadable("NS1020", f"{word} is not expected here in the expression", where, hint)

@@ -82,7 +82,7 @@ ALIASES = {
 UNSUPPORTED = {
     **dict.fromkeys(
         ["agauss", "gauss", "unif", "aunif", "mc", "flat", "rand", "random", "white"],
-        "random values are not drawn here: write the value, or sweep it with .step",
+        "random values are not supported: write the value, or sweep it with .step",
     ),
     **dict.fromkeys(
         ["ddt", "idt", "sdt", "idtmod", "delay", "absdelay", "laplace"],

@@ -110,7 +110,7 @@ class FileReader:
             self._count += 1
             if self._count > MAX_LINES:
                 if self._count == MAX_LINES + 1:
-                    message = f"included files hold more than {MAX_LINES} lines together"
+                    message = f"included files contain more than {MAX_LINES} lines in total"
                     self._findings.error("NS1043", message, line.whole())
                 return
             yield line
@@ -119,7 +119,7 @@ class FileReader:
         """Warn of lines after .end, which some programs read all the same."""
         shown = ", ".join(f"'{line.shown()}'" for line in rest[:6]) + (", ..." * (len(rest) > 6))
         message = f"lines after .end are not read: {shown}"
-        self._findings.warning("NS1093", message, rest[0].whole(), "move .end behind them")
+        self._findings.warning("NS1093", message, rest[0].whole(), "move .end after them")
 
     def _skip_control(self, lines: list[Line], start: int) -> int:
         """Return the index after .endc; keep the commands between."""
@@ -166,8 +166,8 @@ class FileReader:
         if "\\" in name and not path.exists():  # written on Windows
             path = directory / name.replace("\\", "/")
         if catalogue and not path.exists():
-            message = f"the catalogue of parts {name} is not here"
-            hint = "a model from it has to be copied into the netlist"
+            message = f"the parts catalogue {name} is not available"
+            hint = "copy the models you need from it into the netlist"
             self._findings.warning("NS1053", message, where, hint)
             return
         rows = self._open(path, name, where, stack)
@@ -188,15 +188,15 @@ class FileReader:
         try:
             real = path.resolve()
             if self._confined is not None and not real.is_relative_to(self._confined):
-                message = f"file {name} lies outside of the netlist's folder"
-                hint = "this run is confined to that folder: copy what is needed into it"
+                message = f"file {name} is outside the netlist's folder"
+                hint = "this run is confined to that folder: copy the file into it"
                 self._findings.error("NS1054", message, where, hint)
                 return None
             self._includes += 1
             if self._includes > MAX_INCLUDES:
                 if self._includes == MAX_INCLUDES + 1:
                     message = f"more than {MAX_INCLUDES} files are included"
-                    hint = "files that include others twice double at each level"
+                    hint = "if a file includes another twice, the number doubles at each level"
                     self._findings.error("NS1051", message, where, hint)
                 return None
             if real in stack:

@@ -119,7 +119,7 @@ def read_number(text: str) -> Number | None:
         plain = text[: found.start(3)]
         return Number(
             value,
-            f"{text} is read as {value:.12g}: M means milli, in capitals too",
+            f"{text} is read as {value:.12g}: M means milli, even as a capital",
             f"write {plain}meg for mega, {plain}m for milli",
         )
     unit = (suffix or "") + tail
@@ -127,7 +127,7 @@ def read_number(text: str) -> Number | None:
         plain = text[: found.start(3)]
         return Number(
             value,
-            f"{text} is read as {value:.12g}: F means femto, in capitals too",
+            f"{text} is read as {value:.12g}: F means femto, even as a capital",
             f"write {plain} for farads, {plain}f for femto",
             f"write {plain}f for femto",
         )

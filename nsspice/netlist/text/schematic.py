@@ -32,7 +32,9 @@ _ALL = (
         "which writes FILE.net",
     ),
     Schematic(
-        "LTspice (a symbol)", r"Version\s+\d[\d.]*\s+SymbolType\b", "give the netlist that uses it"
+        "LTspice (a symbol)",
+        r"Version\s+\d[\d.]*\s+SymbolType\b",
+        "simulate a netlist that uses it",
     ),
     Schematic(
         "KiCad",

@@ -59,8 +59,8 @@ class Script(NamedTuple):
         message = f".control block is not executed: {shown}" if shown else ".control block is empty"
         if taken:
             read = ", ".join(f"'{line.shown()}'" for line in taken[:12])
-            message = f"of the .control block {read} is read as a card; "
-            message += f"not executed: {shown}" if shown else "nothing else stands there"
+            message = f"of the .control block only {read} is read; "
+            message += f"not executed: {shown}" if shown else "it contains nothing else"
         findings.warning("NS1090", message, self.where, hint)
 
 

@@ -169,9 +169,9 @@ def _explain(line: Line, shape: str, spans: Spans, place: int | None) -> Unreada
             opened.pop()
     if opened:
         where = line.span(spans[opened[-1]][1] - 1, spans[opened[-1]][1])
-        hint = "a long line continues on the next one with + in its first column"
+        hint = "continue a long line with + in the first column of the next"
         return Unreadable("NS1007", "opening parenthesis without a closing one", where, hint)
     start = place if place is not None and place >= 0 else len(line.raw)
-    hint = "write name=value; an expression goes into braces: name={a*2}"
+    hint = "write name=value; put an expression in braces: name={a*2}"
     return Unreadable("NS1007", "= needs a name before it and a value after it",
                       line.span(start, start + 1), hint)  # fmt: skip

@@ -101,7 +101,7 @@ def _misplaced(
         opened = stack[-1][0]
         header = opened.header if isinstance(opened, Definition) else opened.branches[0][0]
         other = ".ends" if isinstance(opened, Definition) else ".endif"
-        message = f".{card} stands inside the .{card_of(header)} of line {header.number}"
+        message = f".{card} is inside the .{card_of(header)} of line {header.number}"
         findings.error("NS1044", message, line.whole(), f"close that one first with {other}")
         return
     findings.error("NS1044", message, line.whole())

@@ -99,7 +99,7 @@ def verdict(solution: Solution) -> dict[str, Any]:
     if solution.interrupted:
         return {"state": "partial", "text": "interrupted: valid up to the last point shown"}
     if certificate is None:
-        return {"state": "none", "text": "no certificate was made"}
+        return {"state": "none", "text": "no certificate was computed"}
     worst = f"KCL, KVL and constitutive equations to {certificate.laws:.1e}, complementarity to "
     worst += f"{certificate.complementarity:.1e} (relative, {certificate.checks} points)"
     if certificate.passed:
@@ -118,8 +118,8 @@ def energy(certificate: Any) -> list[list[str]]:
         ["dissipated", number(e.dissipated, "J")],
         ["stored, change", number(e.stored, "J")],
         ["lost in jumps", number(e.lost, "J")],
-        ["taken by the scheme", number(e.scheme, "J")],
-        ["error of the balance", f"{e.drift:.1e}"],
+        ["numerical damping", number(e.scheme, "J")],
+        ["balance error", f"{e.drift:.1e}"],
     ]
 
 
