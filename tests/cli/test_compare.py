@@ -59,7 +59,7 @@ def test_columns_of_another_name(call, reference):
         (("ref.csv", "--map", "other"), "--map COLUMN=SIGNAL"),
         (("ref.csv", "--signals", "i(r1)"), "no column for i(r1)"),
         (("ref.csv", "--time", "t"), "no column 't'"),
-        (("ref.csv", "--from", "1"), "no common time"),
+        (("ref.csv", "--from", "1"), "no time in common"),
         (("none.csv",), "cannot read the reference none.csv"),
         (("rc.net",), "cannot read the reference rc.net"),
     ],

@@ -27,5 +27,5 @@ def test_growth_beyond_the_range_of_numbers_has_a_name(
     Path("a.net").write_text(UNSTABLE.format("1n") + ".tran 2u 100m uic\n")
     result = CliRunner().invoke(app, ["run", "a.net"])
     assert result.exit_code == 3
-    assert "NS3003: v(out) has left the range of numbers" in result.output
+    assert "NS3003: v(out) exceeds the range of numbers" in result.output
     assert "feedback of the wrong sign" in result.output

@@ -281,7 +281,7 @@ def test_help_lists_the_commands(call):
 
 @pytest.mark.parametrize(
     ("name", "hint"),
-    [("a.xlsx", "in .csv, .raw, .npz"), ("a.MAT", ".csv"), ("a.png", "--plot a.png")],
+    [("a.xlsx", "extension .csv, .raw, .npz"), ("a.MAT", ".csv"), ("a.png", "--plot a.png")],
 )
 def test_a_table_of_another_format_is_refused_before_the_run(call, name, hint):
     result = call("run", "rc.net", "-o", name)

@@ -157,7 +157,7 @@ def test_a_deck_that_should_be_refused_but_runs(call, expect):
         ('source = "x"', "[[check]] items or one [refused]"),
         ('source = "x"\n[[check]]\nsignal = "v(b)"\nvalue = 1', "number 1: it needs tolerance"),
         (GOOD.replace("tolerance", "tolerence"), "did you mean tolerance?"),
-        (GOOD + "at = 1\nstatistic = 'max'", "exclude each other"),
+        (GOOD + "at = 1\nstatistic = 'max'", "cannot be used together"),
         (GOOD.replace('"v(b)"', '"v(b)+"'), "number 1"),
         (GOOD + "[rnu]", "unknown key 'rnu'; "),
         ("source = ", "not TOML"),

@@ -54,9 +54,9 @@ def test_arguments_are_named():
     assert lcp([[1]], [-1]).lam.tolist() == [1.0]
     with pytest.raises(ValueError, match="q has the shape"):
         solve_mlcp(*[Csc.zeros((0, 0))] * 4, EMPTY, np.ones(1))
-    with pytest.raises(ValueError, match="D has entries that are no numbers"):
+    with pytest.raises(ValueError, match="D has entries that are not numbers"):
         lcp([[np.nan]], [1.0])
-    with pytest.raises(ValueError, match="q has entries that are no numbers"):
+    with pytest.raises(ValueError, match="q has entries that are not numbers"):
         lcp([[1.0]], [np.inf])
     with pytest.raises(IndexError, match="outside of a matrix of shape"):
         Csc.from_triplets((2, 2), [-1], [0], [1.0])

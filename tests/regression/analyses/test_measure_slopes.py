@@ -200,7 +200,7 @@ R1 a 0 1
     ("card", "words"),
     [
         (".sens m nothing", "no measure and no parameter nothing"),
-        (".sens m v1", "v1 is no constant"),
+        (".sens m v1", "v1 is not a constant"),
         (".sens m zero", "0"),
     ],
 )

@@ -269,7 +269,7 @@ Vref ref 0 {vref}
     ("lines", "code", "words"),
     [
         (["I1 0 c PULSE(0 1 0 0 0 1m 20m)", "C1 c 0 1u", ".pss"], "NS3062", "c1"),
-        (["V1 a 0 5", "R1 a b 1k", "C1 b 0 1u", ".pss"], "NS4015", "no source repeats"),
+        (["V1 a 0 5", "R1 a b 1k", "C1 b 0 1u", ".pss"], "NS4015", "no source is periodic"),
         (["V1 a 0 SIN(0 1 1k)", "V2 b 0 SIN(0 1 1414.2135623)", "R1 a b 1", "C1 b 0 1u", ".pss"],
          "NS4015", "no common period"),
         (["V1 a 0 SIN(0 1 1k)", "R1 a b 1", "C1 b 0 1u", ".pss period=1.5m"], "NS4005", "multiple"),

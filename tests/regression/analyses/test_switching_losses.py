@@ -269,7 +269,7 @@ def test_a_table_read_beyond_its_grid_is_told() -> None:
     ("wrong", "words"),
     [
         ("Eon=table(i=0 10 e=0 1m 2m)", "3 energies e for 2 points"),
-        ("Eon=table(i=10 0 e=0 1m)", "must rise"),
+        ("Eon=table(i=10 0 e=0 1m)", "must increase"),
         ("Eon=table(i=-1 1 e=0 1m)", "sizes"),
         ("Eon=table(u=0 1 e=0 1m)", "no axis u"),
         ("Eon=table(i=0 1 e=0 -1m)", "not negative"),
@@ -365,7 +365,7 @@ Vg g 0 PULSE(-1 1 0 0 0 5u 10u)
         (".heatsink Foster=table(r=1 tau=1) Cauer=table(r=1 c=1) S1", "one of Foster and Cauer"),
         (".heatsink Foster=table(r=1 2 tau=1) S1", "as many positive values r as tau"),
         (".heatsink Foster=table(r=1 tau=1) S9", "no element s9"),
-        (".heatsink Foster=table(r=1 tau=1) S1", "s1 stands on a heat sink twice"),
+        (".heatsink Foster=table(r=1 tau=1) S1", "s1 is on a heat sink twice"),
     ],
 )
 def test_wrong_heat_sinks_are_refused(card: str, words: str) -> None:

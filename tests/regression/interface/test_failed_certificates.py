@@ -105,5 +105,5 @@ def test_estimates_of_the_error_are_there_in_python() -> None:
     halved = circuit.run(refine=True)[0].error
     assert halved is not None
     assert halved.order == pytest.approx(1.0, abs=0.2)
-    with pytest.raises(nsspice.UsageError, match="exclude each other"):
+    with pytest.raises(nsspice.UsageError, match="cannot be used together"):
         circuit.run(tol=1e-6, refine=True)

@@ -32,7 +32,7 @@ def test_steps_take_over_where_they_need_an_eighth_of_the_work(found) -> None:
     auto, steps = found["auto"], found["sdirk"]
     (island,) = auto.islands
     assert island.method == "sdirk"
-    assert "have caught up with" in island.note
+    assert "have overtaken" in island.note
     assert island.note in auto.summary()
     assert auto.certificate.passed
     # the whole of it is the run by steps, and rows shown before agree within its tolerance

@@ -63,7 +63,7 @@ BASE = "demo\nV1 a 0 PULSE(0 1 0 1n 1n 5u 10u)\nR1 a b 1\nC1 b 0 1u\n{}.tran 1u 
         ("B1 c 0 V={v(a)*v(b)}\nR2 c 0 1\n", "b1 (v(a)*v(b)): Newton", "0 or 1"),
         ("B1 c 0 V={1+2*tanh(9*v(b))}\nR2 c 0 1\n", "b1 (tanh(9*v(b)))", "limit(9*v(b),-1,1)"),
         ("B1 c 0 V={asin(sin(v(b)))}\nR2 c 0 1\n", "b1 (asin(sin(v(b))))", "linear in time"),
-        (".options method=moreau\n", "asked for by the deck (moreau)", ""),
+        (".options method=moreau\n", "requested by the deck (moreau)", ""),
     ],
 )
 def test_what_forces_an_engine_is_named(line: str, said: str, hint: str) -> None:

@@ -185,7 +185,7 @@ def _names(text: str) -> Expression:
         ("when", {"first": Cond(X("v(a)"), 9.0)}, "v(a) = 9 has no crossings"),
         ("when", {"first": Cond(X("v(a)"), 0.5, edge="rise", index=9)}, "only 5 rising crossings"),
         ("find_at", {"expression": X("v(a)"), "at": 1.0}, "outside the rows"),
-        ("max", {"expression": X("v(a)"), "start": 1.0, "stop": 2.0}, "holds no rows"),
+        ("max", {"expression": X("v(a)"), "start": 1.0, "stop": 2.0}, "contains no rows"),
         ("max", {"expression": X("v(bb)")}, "no signal 'v(bb)'"),
         ("avg", {"expression": X("1/(v(a)-v(a))")}, "not a finite number"),
         ("avg", {"expression": X("v(a)"), "first": Cond(at=2e-3), "second": Cond(at=1e-3)},

@@ -37,11 +37,11 @@ def told(window: str, method: str) -> list[str]:
 def test_the_charge_that_a_measure_leaves_out(method: str) -> None:
     """Only integrals of what carries impulses, only those in the window."""
     assert told("", method) == [
-        '.measure "q" leaves out impulses: -2e-05 A s of i(v1)',
-        '.measure "mean" leaves out impulses: 2e-05 A s of i(s1)',
+        '.measure "q" omits impulses: -2e-05 A s of i(v1)',
+        '.measure "mean" omits impulses: 2e-05 A s of i(s1)',
     ]
     assert told("from=0.5m to=1.5m", method) == [
-        '.measure "q" leaves out impulses: -1e-05 A s of i(v1)',
-        '.measure "mean" leaves out impulses: 1e-05 A s of i(s1)',
+        '.measure "q" omits impulses: -1e-05 A s of i(v1)',
+        '.measure "mean" omits impulses: 1e-05 A s of i(s1)',
     ]
     assert not told("from=1.5m to=3.5m", method)

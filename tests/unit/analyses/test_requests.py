@@ -144,7 +144,7 @@ def test_plans_that_lead_nowhere(engine: Any, plan: tuple[float, ...], said: str
     ("ask", "said"),
     [
         (lambda c: nsspice.tran(c, values=[1.0]), r"the values of elements cannot be \[1.0\]"),
-        (lambda c: nsspice.tran(c, temperature="hot"), "a temperature of hot is no number"),
+        (lambda c: nsspice.tran(c, temperature="hot"), "a temperature of hot is not a number"),
         (lambda c: nsspice.tran(c, temperature=-300), "not above absolute zero"),
         (lambda c: nsspice.dc(c, "v1", 1.0), "the values of v1 cannot be 1.0"),
         (lambda c: nsspice.tran(c, signals=3), "the signals cannot be 3"),

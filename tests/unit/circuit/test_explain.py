@@ -26,7 +26,7 @@ def test_text_names_class_reason_and_effects():
     assert "c1 stores energy" in text
     assert "diode d1, d2: conduction, forward drop (vfwd=0.7 V), leakage (roff=1e+06 Ohm)" in text
     assert "capacitor c1: capacitance 1e-06 F, initial voltage (ic=2 V)" in text
-    assert "and 1 island alike: 3" in text
+    assert "and 1 island like it: 3" in text
 
 
 def test_matrices():

@@ -42,7 +42,7 @@ def test_leakage_as_a_multiple(card: str, same: str) -> None:
 @pytest.mark.parametrize("key", ["mje", "mjc", "mjs", "me"])
 def test_steep_junctions_of_transistors(key: str) -> None:
     main = {"me": "mje"}.get(key, key)
-    expected = ("NS2058", f"{main}=1 of model qm is taken as 0.999")
+    expected = ("NS2058", f"{main}=1 of model qm is limited to 0.999")
     assert warnings(f"npn(cje=1p cjc=1p cjs=1p {key}=1)").count(expected) == 1
 
 
@@ -70,7 +70,7 @@ def test_another_place_of_the_substrate_is_one_error_with_advice() -> None:
     with pytest.raises(nsspice.NsspiceError) as caught:
         warnings("npn(subs=2)")
     (finding,) = caught.value.diagnostics
-    assert finding.hint == "leave it out: 1 is the rule of NPN, -1 that of PNP transistors"
+    assert finding.hint == "remove it: the default is 1 for NPN and -1 for PNP transistors"
 
 
 @pytest.mark.parametrize(("count", "who"), [(1, "q1 needs"), (2, "q1 and 1 more element need")])

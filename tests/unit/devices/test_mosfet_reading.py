@@ -77,7 +77,7 @@ def test_what_is_left_out_is_said_once():
     (told,) = [w.message for w in nsspice.read(text).warnings if w.code == "NS2059"]
     assert told.startswith("m1 and 1 more read as a switch")
     assert "at 8 V of the gate" in told
-    assert "left out: rg, cgs, cjo" in told
+    assert "omitted: rg, cgs, cjo" in told
 
 
 @pytest.mark.parametrize("level", [1, 2, 3])

@@ -73,11 +73,11 @@ def test_vectors_meet_numpy_and_scipy():
     ("action", "code", "words"),
     [
         (lambda: DVI({states("x"): states("v")}, start={states("x"): 0}), "NS6001", "v stands in"),
-        (lambda: DVI({states("x"): 1.0}, start={}), "NS6001", "x has no start"),
+        (lambda: DVI({states("x"): 1.0}, start={}), "NS6001", "x has no initial value"),
         (lambda: unknowns("Q"), "NS6001", "capital"),
         (lambda: unknowns("t"), "NS6001", "time"),
         (lambda: bool(states("x")), "NS6002", "condition"),
-        (lambda: (states("x") + 1.0).name, "NS6002", "no variable"),
+        (lambda: (states("x") + 1.0).name, "NS6002", "not a variable"),
         (lambda: states("x") * float("nan"), "NS6002", "nan"),
         (lambda: Sgn(states("v"), 1.0, -1.0), "NS6002", "monotone"),
         (lambda: LCP([[1.0, 2.0]], [1.0]), "NS6003", "M has the shape (1, 2)"),
@@ -133,7 +133,7 @@ def test_hypotheses_are_named_where_something_is_refused():
     skew = VI(np.array([[1.0, 2.0], [-2.0, 1.0]]) @ u - 1.0, of=u)
     code, text = code_of(skew.minimise)
     assert code == "NS6005"
-    assert "no gradient" in text
+    assert "not a gradient" in text
     concave = VI(-1.0 * u, within={u: dvi.Box(-1.0, 1.0)})
     assert "not convex" in code_of(concave.minimise)[1]
     with_min = dvi.minimum(u[0], 0.0)

@@ -179,7 +179,7 @@ def test_an_instance_is_no_output() -> None:
     found = parse_text("t\nX1 a s\n.subckt s p\nR1 p 0 1\n.ends\n.probe p(X1) i(x1.r1)\n.op")
     assert [s.name for s in found.saves] == ["i(x1.r1)"]
     assert [(w.code, w.hint) for w in found.warnings] == [
-        ("NS1070", "name an element in it: i(x1.r1)")
+        ("NS1070", "name an element inside it: i(x1.r1)")
     ]
 
 

@@ -19,7 +19,7 @@ from nsspice.netlist import NetlistError
         (".tran 1u 1m startup uic", "NS1002", "uic to start from zero"),
         (".tran 1u 1m steady", "NS1002", ".pss"),
         (".temp 0 25 {t} 75", "NS1080", "write .step temp list 0 25 {t} 75"),
-        ("S1 a 0 c 0 s\n.model s vswitch(von=1 vhon=.6 voff=0)", "NS2008", "leave it out"),
+        ("S1 a 0 c 0 s\n.model s vswitch(von=1 vhon=.6 voff=0)", "NS2008", "remove it"),
     ],
 )
 def test_what_to_do(lines: str, code: str, words: str) -> None:

@@ -62,7 +62,7 @@ def test_load_is_named(written: str) -> None:
         parse_text(f"t\nV1 a 0 1\nI1 a 0 {written}\n")
     (finding,) = caught.value.diagnostics
     assert finding.code == "NS1002"
-    assert "i1: load, a current that ends with the voltage" in finding.message
+    assert "i1: load, a current that stops when its voltage" in finding.message
     assert "i1 a 0 TBL(0 0 0.5 1m)" in finding.hint
 
 

@@ -80,7 +80,7 @@ def test_values_may_be_parameters_and_zero_means_none():
         "t\n.param r=2\nL1 a 0 1m Rser={r/2} Rpar=0 Cpar=0\n"
         "C1 a 0 1u Rser=r Rlshunt=3\nR1 a 0 1\n.op\n"
     )
-    assert "rlshunt lies across lser" in circuit.warnings[0].message
+    assert "connected across lser" in circuit.warnings[0].message
     names = ["l1", "l1.rser", "c1", "c1.rser", "r1"]
     assert [d.name for d in circuit.devices] == names
     assert circuit.device("l1.rser").at(circuit.islands[0].defaults) == 1.0

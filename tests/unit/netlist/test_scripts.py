@@ -35,7 +35,7 @@ def test_analyses_of_a_script_that_only_looks() -> None:
     assert (transient.tstep, transient.tstop, transient.uic) == (1e-6, 1e-3, True)
     assert (transient.span.line, transient.span.column) == (8, 3)
     (warning,) = found.warnings
-    assert "'op', 'TRAN 1u 1m uic', 'dc v1 0 5 1' is read as a card" in warning.message
+    assert "'op', 'TRAN 1u 1m uic', 'dc v1 0 5 1' is read;" in warning.message
     assert warning.message.endswith("'plot v(out)'")
 
 
@@ -104,7 +104,7 @@ def test_lines_after_the_end_are_told() -> None:
 def test_a_script_after_the_end_explains_the_missing_analysis() -> None:
     with pytest.raises(UsageError) as caught:
         jobs_of(deck(".end", ".control", "tran 1u 1m", ".endc"))
-    assert "lines after .end are not read; move .end behind them" in str(caught.value)
+    assert "lines after .end are not read; move .end after them" in str(caught.value)
 
 
 def test_a_title_card_in_the_first_line_is_no_missing_analysis() -> None:

@@ -95,6 +95,6 @@ def test_store_in_memory_and_in_a_file(limit):
 
 @pytest.mark.parametrize("rows", [10**17, 10**20])
 def test_more_rows_than_can_be_kept_are_told(rows):
-    with pytest.raises(OutputError, match=f"cannot keep {rows} rows of 3 columns") as caught:
+    with pytest.raises(OutputError, match=f"cannot store {rows} rows of 3 columns") as caught:
         Store(rows, 3)
     assert caught.value.code == "NS4001"

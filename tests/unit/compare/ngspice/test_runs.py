@@ -114,7 +114,7 @@ def test_a_missing_library_is_told_with_the_way_to_install_it(monkeypatch):
         ngspice.run(nsspice.read(RC))
     (finding,) = missing.value.diagnostics
     assert finding.code == "NS4013"
-    assert "library of ngspice is not installed" in finding.message
+    assert "ngspice library is not installed" in finding.message
     assert "pip install 'nsspice[ngspice]'" in finding.hint
 
 

@@ -136,7 +136,7 @@ def test_a_triangle_is_the_same_at_all_its_rows():
 
 def test_a_source_that_repeats_too_often_is_refused():
     wave = Waveform("pwl", (0.0, 0.0, 1e-9, 1.0), 0.0)
-    with pytest.raises(UsageError, match="too often"):
+    with pytest.raises(UsageError, match="too many times"):
         source_text(wave, 1.0, 1e-12)
 
 
