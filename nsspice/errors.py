@@ -197,7 +197,7 @@ class NetlistError(NsspiceError):
 
 
 class TopologyError(NsspiceError):
-    """The circuit graph admits no solution, whatever the laws of its elements are.
+    """The circuit graph admits no solution, for any laws of its elements.
 
     Parameters
     ----------

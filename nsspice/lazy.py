@@ -47,7 +47,7 @@ def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
 
 @cache
 def resolve(place: str) -> Any:
-    """Return what stands at a place of this package, imported when it is first asked for.
+    """Return what is at a place of this package, imported when it is first asked for.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A pytest plugin: with ``--decks`` each ``X.expect.toml`` is a test of the netlist beside it.
+"""A pytest plugin: with ``--decks`` each ``X.expect.toml`` is a test of the netlist next to it.
 
 It is registered by the installed package; ``nsspice test -k ... -n ... --junit-xml ...`` runs it.
 
@@ -32,7 +32,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collect_file(parent: pytest.Collector, file_path: Path) -> pytest.Collector | None:
-    """Collect an expectation file, or the one beside a netlist that was named."""
+    """Collect an expectation file, or the one next to a netlist that was named."""
     if not parent.config.getoption("--decks"):
         return None
     path = file_path

@@ -88,7 +88,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
 
 
 def _read_switches(deck: Deck, context: Context, findings: Findings) -> None:
-    """Tell the MOSFETs whether ``.options mosfet=switch`` asks for switches, and their drives."""
+    """Set whether ``.options mosfet=switch`` makes MOSFETs switches, and their drive levels."""
     asked = deck.options.get("mosfet")
     if asked is not None and asked.value not in ("switch", "model"):
         message = f"option mosfet cannot be {asked.value!r}"

@@ -122,7 +122,7 @@ def dlcp_form(mna: MnaSystem) -> DlcpForm:
 
 
 def _clean(matrix: Floats) -> Floats:
-    """Return the matrix with rounding errors beside large entries of a row set to zero."""
+    """Return the matrix with rounding errors next to large entries of a row set to zero."""
     rows = np.abs(matrix)
     largest = (
         rows.max(axis=-1, keepdims=True, initial=0.0) if matrix.ndim > 1 else rows.max(initial=0.0)

@@ -27,7 +27,7 @@ class Told(NamedTuple):
 
 _NOTHING_TOLD = Told()
 
-#: tells how an island is solved
+#: describes how an island is solved
 Teller = Callable[[Circuit, Island, MnaSystem], Told]
 
 
@@ -42,7 +42,7 @@ class EffectLine:
     elements : tuple of str
     effects : tuple of str
         ``forward drop (vfwd=0.7 V)``: the effect and the parameter that called for it; the value
-        stands there if it is the same for all elements.
+        is there if it is the same for all elements.
     """
 
     kind: str
@@ -237,7 +237,7 @@ def explain(
     matrices : bool
         Also derive the DLCP matrices of each dynamic or set-valued island.
     method : callable, optional
-        Tells how an island is solved; left out of the explanation without it.
+        Describes how an island is solved; left out of the explanation without it.
     skipped : tuple of str
         Elements that have been left out of the circuit before.
     """

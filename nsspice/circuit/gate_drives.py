@@ -1,8 +1,8 @@
 """To what voltage over its source the gate of a MOSFET is driven, as far as sources say it.
 
-A path from source to gate through voltage sources, resistors and inductors tells it: the sources
-along it add up, and resistors carry no current where the gate draws none.  A controlled source
-with a gain, as in a gate driver, adds its gain times what is so known of its control.
+A path from source to gate through voltage sources, resistors and inductors determines it: the
+sources along it add up, and resistors carry no current where the gate draws none.  A controlled
+source with a gain, as in a gate driver, adds its gain times what is so known of its control.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which voltages and currents of a network can have no impulse, whatever its valves do.
+"""Which voltages and currents of a network can have no impulse, for all states of its valves.
 
 At a jump impulses of voltages leave charges finite, and those of currents fluxes; in a passive
 network their power in resistances is all there is (Tellegen), so that it is zero.  So a node that

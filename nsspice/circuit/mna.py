@@ -175,7 +175,7 @@ class MnaSystem:
     def initial_charges(self, ic: Mapping[str, float] | None = None) -> Floats:
         """Return ``E z0`` from the initial values of the deck, shape (n,).
 
-        Charges [C] stand in the KCL rows and fluxes [Vs] in the inductor rows, so that a loop of
+        Charges [C] are in the KCL rows and fluxes [Vs] in the inductor rows, so that a loop of
         capacitors with unequal initial voltages keeps its total charge.
 
         Parameters
@@ -231,7 +231,7 @@ class MnaSystem:
         """Return charges and fluxes with those of rows whose sources read the rate of a store.
 
         What is stored says where the unknowns are, up to a kernel that no element reads.  Both
-        sides of the equations are scaled by the elements: picofarads beside henries keep their
+        sides of the equations are scaled by the elements: picofarads next to henries keep their
         digits.
         """
         E, storage = self.system.E, self.system.storage

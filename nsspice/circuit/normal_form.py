@@ -45,7 +45,7 @@ class State:
         ``v[c1]``, ``i[l1]``, or a combination such as ``i[l1]+2*i[l2]``.
     terms : tuple of (int, float)
         The state as a combination of unknowns z; also where its rate enters the rows: the rate of
-        a capacitor leaves its first node, the one of an inductor stands in its branch row.
+        a capacitor leaves its first node, the one of an inductor is in its branch row.
     storage : float
         Capacitance [F] or inductance [H].
     """
@@ -65,7 +65,7 @@ class Reference:
     tree : NormalTree
     states : tuple of State
     in_tree : ndarray of bool, shape (m,)
-        Which pairs stand in the tree (``u = w``).
+        Which pairs are in the tree (``u = w``).
     fixed : ndarray of bool, shape (n,)
         Rows that were replaced by "unknown = 0": redundant sources, floating roots.
     matrix : Csc

@@ -2,7 +2,7 @@
 
 A normal tree spans the circuit graph with as many voltage sources and capacitors, and as few
 inductors and current sources, as possible.  Capacitors in the tree and inductors outside it carry
-the independent states.  Set-valued branches stand between the two groups: in the tree their free
+the independent states.  Set-valued branches are between the two groups: in the tree their free
 quantity is the slack (``u = w``, the voltage), outside it the current (``u = lam``).
 
 The tree is grown greedily by kind: V, E and H, C, set-valued pairs (those that touch ground first),

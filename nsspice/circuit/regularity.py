@@ -26,7 +26,7 @@ class DcUniqueness:
     ----------
     verdict : Verdict
     elements : tuple of str
-        The elements that stand in the way, if they can be told.
+        The elements that prevent a proof, if they are known.
     """
 
     verdict: Verdict
@@ -39,7 +39,7 @@ class DcUniqueness:
 
     @property
     def reason(self) -> str:
-        """One clause: why, or what stands in the way."""
+        """One clause: why, or what prevents a proof."""
         return self.verdict.reason
 
     def __str__(self) -> str:

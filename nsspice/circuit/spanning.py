@@ -1,6 +1,6 @@
 """The spanning tree of the heaviest branches: its voltages are the unknowns of a network.
 
-Node voltages are sums of them.  In these coordinates the equations stay well conditioned whatever
+Node voltages are sums of them.  In these coordinates the equations stay well conditioned, whatever
 the values are: every branch outside the tree closes a loop through branches of at least its own
 weight, and what little current or voltage it has is not the difference of large numbers.
 """
@@ -18,7 +18,7 @@ from .union_find import UnionFind
 IN_USE = True
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 6, "J": 5, "G": 8, "I": 9}
-#: pairs beside smooth laws: junctions (J) that block leave each cut-set its leakage alone
+#: pairs with smooth laws: junctions (J) that block leave each cut-set its leakage alone
 _LIGHT_PAIR = 7
 #: a tree may ask for so many more terms than node voltages do, for each node
 _FILL = 64

@@ -44,5 +44,5 @@ def program() -> None:
         sys.stdout.flush()
         sys.stderr.flush()
     except OSError:
-        raise SystemExit(code or 2) from None  # the interpreter's own end tells what is wrong
+        raise SystemExit(code or 2) from None  # the interpreter's own exit says what is wrong
     os._exit(code or 0)

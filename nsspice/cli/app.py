@@ -68,7 +68,7 @@ class _Lazy(click.Group):
             formatter.write_dl(list(_COMMANDS.items()))
 
     def main(self, args: Sequence[str] | None = None, *rest: Any, **extra: Any) -> Any:
-        """Run, with every foreseen failure told in a sentence."""
+        """Run, with every foreseen failure described in a sentence."""
         given = list(sys.argv[1:] if args is None else args)
         if args is None:  # a process of its own
             end_like_ctrl_c()

@@ -55,7 +55,7 @@ def command(
 ) -> None:
     """Run the transient of NETLIST by every method over a ladder of steps or tolerances.
 
-    Each run is measured against a reference that is far more accurate; the table tells how that was
+    Each run is measured against a reference that is far more accurate; the table says how that was
     made and how sure it is.  Ladders: modewise, sdirk (order 4), sdirk2, moreau (theta = 1),
     moreau-half, and those of ngspice where it is installed: Gear's method (ngspice), the trapezoid
     (ngspice-trap), that with reltol = 1e-6 (ngspice-tight), exponential junctions in place of ideal

@@ -25,7 +25,7 @@ from .source import circuit_of
 def command(
     netlist: str, matrices: bool, params: Sequence[str], everything: bool, as_json: bool
 ) -> None:
-    """Tell how NETLIST is simulated and what decides its cost, without simulating it.
+    """Show how NETLIST is simulated and what determines its cost, without simulating it.
 
     First for engineers: the method for each independent part, the elements that force it, what
     could be written differently, the active effects; then class, size and regularity.

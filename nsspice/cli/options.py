@@ -119,7 +119,7 @@ class Sharpness(Number):
 
 
 def ngspice_options(command: F) -> F:
-    """Add what tells how ngspice is run."""
+    """Add the options for running ngspice."""
     for option in (
         click.option(
             "--deck", metavar="FILE", help="Write the last deck given to ngspice to a file."

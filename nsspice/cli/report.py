@@ -14,7 +14,7 @@ from ..output.safe_text import visible
 
 
 def say(text: str = "") -> None:
-    """Print a line on standard error, whatever its encoding can show."""
+    """Print a line on standard error, as far as its encoding can show it."""
     text = visible(text)
     stream = sys.stderr
     try:
@@ -24,7 +24,7 @@ def say(text: str = "") -> None:
         encoding = stream.encoding or "ascii"
         stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
         stream.flush()
-    except OSError:  # nobody reads messages any more; the exit code still tells
+    except OSError:  # nobody reads messages any more; the exit code still says it
         pass
 
 

@@ -196,7 +196,7 @@ def _watch(netlist: str, once: Callable[[], _Run]) -> None:
 def _sort_out(
     netlist: str | None, file: str | None, endings: Sequence[str]
 ) -> tuple[str | None, str | None]:
-    """Tell netlist and file apart: in ``--plot a.net`` the name is not that of a picture."""
+    """Distinguish netlist and file: in ``--plot a.net`` the name is not that of a picture."""
     named = netlist is None and file not in (None, "auto")
     if named and Path(str(file)).suffix.lower() not in endings:
         return file, "auto"

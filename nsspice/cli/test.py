@@ -34,9 +34,9 @@ def command(
     verbose: bool,
     quiet: bool,
 ) -> None:
-    """Simulate netlists and check them against X.expect.toml beside each X.net.
+    """Simulate netlists and check them against X.expect.toml next to each X.net.
 
-    A folder stands for all expectations below it; the current folder is the default.  Exits with 1
+    A folder means every expectation file below it; the current folder is the default.  Exits with 1
     if a check failed.
     """
     from ..compare.expect import Report, check, find_netlists
@@ -59,7 +59,7 @@ def command(
     for path in found:
         try:
             report = check(path)
-        except NsspiceError as error:  # the expectation file itself: tell it, go on with the others
+        except NsspiceError as error:  # the expectation file itself: report it, continue
             broken.append(error)
             report = Report(path, problem=str(error))
         reports.append(report)

@@ -18,7 +18,7 @@ def watch(run: Callable[[], Iterable[Path]]) -> None:
     Parameters
     ----------
     run : callable
-        Runs once, tells errors itself, and returns the files on which the result depends.
+        Runs once, reports errors itself, and returns the files on which the result depends.
     """
     try:
         while True:

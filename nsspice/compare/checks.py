@@ -347,7 +347,7 @@ def signals_of(checks: Sequence[Check]) -> list[str]:
 
 
 def followed_by(checks: Sequence[Check]) -> list[str]:
-    """Return the signals of which statistics are checked: rows do not tell them."""
+    """Return the signals of which statistics are checked: rows do not show them."""
     values = [c for c in checks if isinstance(c, ValueCheck) and c.statistic not in (None, "final")]
     return signals_of(values)
 

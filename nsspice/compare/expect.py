@@ -61,7 +61,7 @@ class Report:
 
 
 def check(netlist: str | Path) -> Report:
-    """Simulate a netlist and check it against the ``.expect.toml`` file beside it.
+    """Simulate a netlist and check it against the ``.expect.toml`` file next to it.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def find_netlists(paths: Sequence[str | Path]) -> list[Path]:
     Parameters
     ----------
     paths : sequence of str or Path
-        A netlist stands for the expectation beside it.
+        A netlist means the expectation file next to it.
     """
     found: dict[Path, None] = {}
     for item in map(Path, paths):

@@ -2,7 +2,7 @@
 
 Read ``device`` first, what the circuit may ask of any element, then ``stamper``, where the laws
 write their rows.  An element's file is loaded when the first element of its kind is read; which
-file that is stands in ``element_kinds``.
+file is listed in ``element_kinds``.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A table drives three things: reading the parameters of a deck, the "did you mean" hints, and the
 documentation.  A parameter that is not simulated stays in the table with the reason, so that
-nothing is ever dropped in silence.
+nothing is ever dropped silently.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The stamper: where the laws write their rows, and the layout that says what stands where.
+"""The stamper: where the laws write their rows, and the layout that says what is where.
 
 Signs: KCL rows sum the currents that leave a node; branch rows read ``L i' - (va - vb) = 0`` and
 ``-(va - vb) = -V``; a pair has the slack ``w = q - (va - vb) + R lam``.  With them the matrices of

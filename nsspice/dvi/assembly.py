@@ -1,7 +1,7 @@
 """From equations with names to the arrays of a complementarity descriptor system.
 
 Every state has a row ``x' = f``, every other unknown a row ``0 = f``.  A multiplier is the ``lam``
-of its pair; where it stands inside a nonlinear term it has an unknown beside it that equals it.
+of its pair; where it appears inside a nonlinear term it has an additional unknown that equals it.
 What is linear in the unknowns, and the sines and constants of the time, goes into matrices; the
 rest becomes a tape that the core evaluates and differentiates.
 """
@@ -63,7 +63,7 @@ class Pair:
     enters : tuple of (str, float)
         Rows by name into which ``lam`` enters, with its factor there.
     multiplier : bool
-        ``lam`` is the variable ``name`` and stands in expressions.
+        ``lam`` is the variable ``name`` and appears in expressions.
     """
 
     name: str
@@ -264,7 +264,7 @@ class _Writer:
             waveforms=tuple(_waveform(signal) for signal in self.signals),
             row_kind=kinds,
             smooth=smooth,
-            # every state is a store of its own; what else stands in E and G is no network
+            # every state is a store of its own; what else is in E and G is no network
             elements=Elements([(k, -1, 1.0) for k in states] if plain else [], []),
         )
         places = {name: Functional(z=((k, 1.0),)) for k, name in enumerate(self.columns)}

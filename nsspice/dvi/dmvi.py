@@ -1,4 +1,4 @@
-"""Differential mixed variational inequalities: a convex function beside the inequality."""
+"""Differential mixed variational inequalities: a convex function in addition to the inequality."""
 
 from __future__ import annotations
 

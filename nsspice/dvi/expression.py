@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .setvalued import SetValued
 
 Floats = npt.NDArray[np.float64]
-#: what may stand in an expression
+#: what may appear in an expression
 Operand = Any
 _NONE: Mapping[str, SetValued] = {}
 

@@ -241,7 +241,8 @@ class Static:
             z, lam = x[:n], np.zeros(m)
             lam[on] = x[n:]
             candidates.append((z, lam))
-        # zero is what is rounding beside the values of all modes: a solution may be zero altogether
+        # zero is what is rounding next to the values of all modes: a solution may be zero
+        # altogether
         sizes = [
             max((float(np.max(np.abs(c[k]), initial=0.0)) for c in candidates), default=0.0)
             for k in (0, 1)

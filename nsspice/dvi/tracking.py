@@ -190,7 +190,7 @@ def _lost(
     failed: int,
     tracking: tuple[bool, int | None],
 ) -> Exception:
-    """Follow the path as near to its end as shorter steps allow, and tell where that is."""
+    """Follow the path as near to its end as shorter steps allow, and say where that is."""
     here, h = float(grid[failed - 1]), float(grid[failed] - grid[failed - 1])
     least = h * 2.0**-_HALVINGS
     end = float(grid[failed])

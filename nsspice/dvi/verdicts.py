@@ -80,7 +80,7 @@ def of_lcp(problem: LCP) -> Verdicts:
 
 
 def _lcp_existence(problem: LCP, found: Verdicts) -> Verdict:
-    """Judge whether an LCP has a solution; M and q are taken as they stand, without rounding."""
+    """Judge whether an LCP has a solution; M and q are taken literally, without rounding."""
     claim = "a solution exists"
     for name, why in (
         ("P", "M is a P-matrix"),

@@ -173,7 +173,7 @@ class PssCard(NamedTuple):
     """``.pss [period=|fund=] [trigger=signal [level=]] [tstab=] [tstep=] [harms=]``.
 
     ``period`` is None if the sources or a trigger decide about it; ``tstep`` is the distance of the
-    rows, ``harmonics`` how many of them the summary tells.
+    rows, ``harmonics`` how many of them the summary lists.
     """
 
     period: float | None

@@ -38,11 +38,11 @@ class Findings:
         self._dropped = 0
 
     def error(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
-        """Record an error, unless the same one stands there already (a subcircuit used twice)."""
+        """Record an error, unless the same one is there already (a subcircuit used twice)."""
         self._add(self.errors, Diagnostic(code, message, span, hint))
 
     def warning(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
-        """Record a warning, unless the same one stands there already."""
+        """Record a warning, unless the same one is there already."""
         self._add(self.warnings, Diagnostic(code, message, span, hint, "warning"))
 
     def record(self, found: Unreadable) -> None:

@@ -13,7 +13,7 @@ from ..errors import Diagnostic, UsageError
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Solution
 
-_DRAWN = 12  # curves at most: beyond that nothing can be told apart
+_DRAWN = 12  # curves at most: beyond that nothing can be distinguished
 
 
 def draw_bode(solution: Solution, columns: Sequence[str] | None = None) -> Any:

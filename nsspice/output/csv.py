@@ -39,7 +39,7 @@ def header(names: Sequence[str]) -> bytes:
 class CsvSink:
     """Writes rows to a CSV file while they are computed, in bounded memory.
 
-    Rows go to ``NAME.part`` beside the file, which gets its name when it is closed: an older file
+    Rows go to ``NAME.part`` next to the file, which gets its name when it is closed: an older file
     is left alone until then.  After each block the part holds complete lines only.
 
     Parameters

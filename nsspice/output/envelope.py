@@ -11,7 +11,7 @@ Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Flags = npt.NDArray[np.bool_]
 
-#: parts of the picture that swing are a band if so many stand side by side
+#: parts of the picture that swing are a band if so many are side by side
 _TOGETHER = 4
 #: what varies by less than this part of its size is a constant with rounding noise
 _STILL = 1e-9
@@ -127,7 +127,7 @@ def _beside(extreme: np.ufunc, values: Floats) -> Floats:
 
 
 def _together(flags: Flags) -> Flags:
-    """Return flags with those taken out that stand in short runs: a single edge is no band."""
+    """Return flags with those taken out in short runs: a single edge is no band."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     kept = np.zeros(flags.size, dtype=bool)
     for begin, end in zip(edges[::2], edges[1::2], strict=True):

@@ -84,7 +84,7 @@ def check_export(path: Path) -> None:
 
 
 def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:
-    """Write a solution in the format that the ending of a name stands for.
+    """Write a solution in the format that the extension of a name stands for.
 
     Parameters
     ----------

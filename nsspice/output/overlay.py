@@ -183,7 +183,7 @@ def _panel(
             x, y = envelope(one.axis, one.signals[name])
             style = {
                 "color": _colour(series, k, dark),
-                # tables without an order are told apart in print, too
+                # tables without an order are distinguished in print, too
                 "linestyle": _DASHES[k % 4 if len(series) < 5 and one.parameter is None else 0],
             }
             panel.plot(x / factor, y / scale, label=one.label, linewidth=1.4, **style)
@@ -211,7 +211,7 @@ def _colour(series: Sequence[Series], k: int, dark: bool = False) -> Any:
 
 
 def _legend(figure: Any, axes: Any, series: Sequence[Series]) -> None:
-    """Name the tables: beside the first panel, or by a colour bar where a parameter orders them."""
+    """Name the tables: next to the first panel, or with a colour bar if a parameter orders them."""
     parameters = [s.parameter for s in series]
     if len(series) > 8 and all(p is not None for p in parameters):
         from matplotlib.cm import ScalarMappable

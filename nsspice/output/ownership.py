@@ -1,6 +1,6 @@
-"""Which files nsspice has written: those it may replace without being told to.
+"""Which files nsspice has written: those it may replace without being asked.
 
-Nothing is kept beside a file.  Raw files, pictures and pages name their program; a table is known
+Nothing is kept next to a file.  Raw files, pictures and pages name their program; a table is known
 by its form: a header of signals, and numbers that are each the shortest text of their double.
 """
 
@@ -86,5 +86,5 @@ def _is_table(head: bytes, complete: bool) -> bool:
 
 
 def _names(header: str) -> list[str]:
-    """Return the cells of a header line; names with commas stand in quotes."""
+    """Return the cells of a header line; names with commas are in quotes."""
     return next(csv.reader([header]))

@@ -38,7 +38,7 @@ _STILL = 1e-9  # part of a peak: a millionth of a pixel
 _SCALE = 25.0  # a signal lower than this part of a panel is a flat line in it
 _SCALES = 3  # panels of one unit at most
 _MOST = 4  # signals of one unit in a picture for which nobody has chosen
-_DRAWN = 60  # curves in one panel at most: beyond that nothing can be told apart
+_DRAWN = 60  # curves in one panel at most: beyond that nothing can be distinguished
 
 
 def check_format(path: str | Path) -> None:
@@ -154,7 +154,7 @@ def panels_of(
 ) -> list[tuple[str, list[str]]]:
     """Return the signals of each panel with their unit: one panel for each unit and scale.
 
-    A group of names is a panel as it stands.  Signals that would be flat beside larger ones of the
+    A group of names is a panel as it is.  Signals that would be flat beside larger ones of the
     same unit have a panel of their own.
     """
     panels: list[tuple[str, list[str]]] = []
@@ -241,7 +241,7 @@ def plain_text(text: str, most: int) -> str:
 
 
 def _axis_unit(name: str) -> str:
-    """Return the unit of the axis; a swept source tells by its letter."""
+    """Return the unit of the axis; that of a swept source follows from its letter."""
     return unit(name) or {"v": "V", "i": "A", "r": "Ω"}.get(name.split(".")[-1][:1], "")
 
 
@@ -364,12 +364,12 @@ def _flat_limits(panel: Any, peak: float) -> None:
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure into a file, whose ending tells the format."""
+    """Write a figure into a file, whose extension gives the format."""
     from matplotlib import rc_context
 
     # fixed metadata and identifiers: two runs of a deck give the same picture file
     ending = path.suffix.lower()
-    # the name of the program tells a later run that it may replace the file
+    # the name of the program shows a later run that it may replace the file
     known: dict[str, dict[str, Any]] = {
         ".png": {"Software": "nsspice"},
         ".svg": {"Date": None, "Creator": "nsspice"},

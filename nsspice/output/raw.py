@@ -66,11 +66,11 @@ def write_raw(
     if solution.axis_name and types[0] == "notype":
         types[0] = "voltage" if solution.axis_name.startswith("v") else "notype"
     lines = [
-        # a title must stay on its line, whatever the deck said
+        # a title must stay on its line, whatever the deck says
         f"Title: {_title(solution)}",
         "Date: -",  # no clock: two runs of a deck give identical bytes
         f"Plotname: {_PLOTS[solution.analysis]}",
-        "Command: nsspice, in the layout of ngspice",  # by which readers tell the dialect
+        "Command: nsspice, in the layout of ngspice",  # by which readers recognise the dialect
         f"Flags: {'complex' if complex_ else 'real'}",
         f"No. Variables: {len(names)}",
         f"No. Points: {table.shape[0]}",
@@ -94,7 +94,7 @@ def write_raw(
 
 
 def _title(solution: Solution) -> str:
-    """Return the title with the values of the ``.step`` cards, which tell plots apart."""
+    """Return the title with the values of the ``.step`` cards, which distinguish plots."""
     values = [f"{name} = {value:.9g}" for name, value in solution.parameters.items()]
     return ", ".join([" ".join(solution.title.split()) or "nsspice", *values])
 

@@ -22,7 +22,7 @@ def prefix(magnitude: float) -> tuple[float, str]:
     """
     if magnitude == 0.0 or not math.isfinite(magnitude):
         return 1.0, ""
-    # the margin keeps 999.9999999 in the next prefix and 1e-3 at "1 m" whatever the rounding
+    # the margin keeps 999.9999999 in the next prefix and 1e-3 at "1 m" with any rounding
     power = 3 * math.floor(math.log10(abs(magnitude) * (1.0 + 1e-9)) / 3.0)
     power = min(max(power, -18), 12)
     return float(f"1e{power}"), _PREFIXES[power]

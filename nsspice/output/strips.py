@@ -12,7 +12,7 @@ from ..analyses.signals.events import Events
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Floats, Solution
 
-#: rows of a picture; the rest is told in a line
+#: rows of a picture; the rest is counted in a line
 MOST = 12
 _COLUMNS = 700  # of a strip, a little more than a pixel each, so that none is left out
 _FAINTEST = 0.3  # what is on for a moment is seen

@@ -28,7 +28,7 @@ _COUNTERS = (
     ("events", "event"),
     ("modes", "mode"),
 )
-_DOUBTFUL = 1e-6  # relative error of a derivative that is told
+_DOUBTFUL = 1e-6  # relative error of a derivative that is reported
 _POWERS = 30  # elements listed with their power
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
@@ -167,7 +167,7 @@ def _spectrum(spectrum: Spectrum) -> list[str]:
     ]
     largest = max((abs(c) for c in others), default=0.0)
     for order, c in enumerate(others, 1):
-        # what is rounding beside the largest has no phase
+        # what is rounding next to the largest has no phase
         phase = f"{math.degrees(cmath.phase(c)):.4g}°" if abs(c) > 1e-13 * largest else "-"
         lines.append(f"    {order:>3} {number(2.0 * abs(c), symbol, 9):>16} {phase:>9}")
     return lines

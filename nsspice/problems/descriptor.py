@@ -200,7 +200,7 @@ class DescriptorSystem:
 
     Examples
     --------
-    A source of 5 V behind 1 kOhm, an ideal diode from the node to ground, and 1 uF beside it:
+    A source of 5 V behind 1 kOhm, an ideal diode from the node to ground, and 1 uF in parallel:
 
     >>> from nsspice.problems import weighted_sum
     >>> one = Csc.from_triplets((1, 1), [0], [0], [1.0])

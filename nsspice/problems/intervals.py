@@ -4,7 +4,7 @@ Every register is enclosed by an interval for its value and one for each of its 
 chain rule in interval arithmetic (A. Neumaier, *Interval Methods for Systems of Equations*, 1990,
 ch. 1).  A box may be unbounded.  At a kink the derivatives of both sides are enclosed, so that the
 result contains Clarke's generalised Jacobian; where a function jumps or has a pole, derivatives are
-unbounded, whatever they are on both sides.
+unbounded, for any values on both sides.
 Bounds are formed in ordinary arithmetic: they are right to the rounding of their terms, to which
 the verdicts on matrices are right, too.
 """

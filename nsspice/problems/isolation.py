@@ -1,10 +1,10 @@
-"""Whether another solution lies beside one: strong metric sub-regularity of a linear system.
+"""Whether another solution is near one: strong metric sub-regularity of a linear system.
 
 Solutions of ``K z + A lam = p``, ``w = q - B z + D lam >= 0``, ``lam >= 0``, ``lam . w = 0`` near
 one of them differ by directions d = (dz, dlam) with ``K dz + A dlam = 0``, ``dw = 0`` where
 lam > 0, ``dlam = 0`` where w > 0, and ``dlam >= 0``, ``dw >= 0``, ``dlam dw = 0`` where both are
 zero (T. Roubal, R. Cibulka 2017, theorem 2.2 (ii)).  The solutions of a monotone problem form a
-convex set, so that one with nothing beside it is the only one.
+convex set, so that one with nothing near it is the only one.
 """
 
 from __future__ import annotations

@@ -293,7 +293,7 @@ def _by_eigenvalues(m: Floats, claim: str, *, strict: bool) -> Verdict:
         if diagonal[row] < 0.0 or (strict and diagonal[row] == 0.0):
             return Verdict.no(claim, wrong, _form(m, np.eye(n)[row]))
         if diagonal[row] == 0.0 and both[row].any():
-            # a zero with something beside it: e_j - t e_row is negative for t large enough
+            # a zero with something next to it: e_j - t e_row is negative for t large enough
             j = int(np.argmax(np.abs(both[row])))
             x = np.eye(n)[j]
             x[row] = -(diagonal[j] + abs(both[row, j])) / both[row, j]

@@ -1,7 +1,7 @@
 """Is a network passive?  Then each of its steps is a monotone problem.
 
 What only observes (controlled sources that drive the gates of switches) takes no part in that: its
-unknowns stand in no law of the rest, and are left out.
+unknowns appear in no law of the rest, and are left out.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ def passive(system: DescriptorSystem, observers: bool = True) -> bool:
 def _acting(system: DescriptorSystem) -> Csc:
     """Return G without the rows and columns of what only observes.
 
-    An unknown that stands in one law alone, and in no pair, follows from that law: both can go.  So
-    go the current of a controlled source with the current law of its node, then the voltage of
-    that node with the law of the source, and whatever only that source has seen.  The law of a node
-    where nothing but the source ends, such as a gate, says that it carries no current: there go
-    that law and that current as well, wherever the other end of the source is.
+    An unknown that appears in one law alone, and in no pair, follows from that law: both can go.
+    So go the current of a controlled source with the current law of its node, then the voltage of
+    that node with the law of the source, and everything seen only by that source.  The law of a
+    node where nothing but the source ends, such as a gate, says that it carries no current: there
+    go that law and that current as well, wherever the other end of the source is.
     """
     n = system.n
     laws: list[set[int]] = [set() for _ in range(n)]

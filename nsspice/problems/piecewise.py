@@ -190,7 +190,7 @@ def _judged(
 
 
 def _additive(kinks: Kinks) -> bool:
-    """Return whether each kink adds its own change to the slopes, whatever the others do.
+    """Return whether each kink adds its own change to the slopes, regardless of the others.
 
     The determinant is then linear in the share of each change, so that its signs at all sides are
     those of everything between.

@@ -1,7 +1,7 @@
 """Classes of matrices where rounding decides: settled by exact arithmetic.
 
 The functions of :mod:`nsspice.problems.matrices` judge a matrix to the rounding of its entries, as
-is right for those of circuits.  A matrix that a user gives is meant as it stands, and 1e-20 is not
+is right for those of circuits.  A matrix that a user gives is meant literally, and 1e-20 is not
 zero: these judge it exactly, where it has few rows, and otherwise leave open what rounding decides.
 """
 

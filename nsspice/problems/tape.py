@@ -231,7 +231,7 @@ class TapeBuilder:
         return len(self._code) - 1
 
     def _place(self, values: tuple[float, ...]) -> int:
-        # repr tells 0.0 from -0.0, which compare equal
+        # repr distinguishes 0.0 from -0.0, which compare equal
         key = tuple(repr(v) for v in values)
         found = self._places.get(key)
         if found is None:

@@ -2,7 +2,7 @@
 
 Two solutions of ``K z + A lam = p``, ``w = q - B z + D lam`` differ by a vector d with ``H d = 0``.
 H has some mean slope for every smooth function, and for every pair some r >= 0 (infinity included)
-with ``dw = -r dlam``.  Each stands in H as ``s u v'``, so that the determinant is linear in each;
+with ``dw = -r dlam``.  Each appears in H as ``s u v'``, so that the determinant is linear in each;
 H is regular for all of them if its determinant has one sign at all their bounds.  That is what the
 P-property says of the matrix that leads from one choice of bounds to the opposite one (D. Gale, H.
 Nikaido, Math. Ann. 159, 1965; S. R. Mohan, R. Sridhar, Math. Programming 87, 2000).
@@ -61,13 +61,13 @@ class Port:
 
 @dataclass(frozen=True, slots=True)
 class Uniqueness:
-    """Whether a system has at most one solution, whatever the data.
+    """Whether a system has at most one solution, for any data.
 
     Parameters
     ----------
     verdict : Verdict
     functions, pairs : tuple of int
-        Smooth functions and pairs that stand in the way, if they can be told.
+        Smooth functions and pairs that prevent a proof, if they are known.
     """
 
     verdict: Verdict
@@ -81,7 +81,7 @@ class Uniqueness:
 
     @property
     def reason(self) -> str:
-        """One clause that says why, or what stands in the way."""
+        """One clause that says why, or what prevents a proof."""
         return self.verdict.reason
 
 
@@ -196,7 +196,7 @@ def _by_monotonicity(
     left, sizes, _ = np.linalg.svd(columns)
     rank = int(np.sum(sizes > 1e-12 * max(1.0, sizes[0])))
     tied = left[:, rank:].T @ base[:n, :n]
-    # slopes of zero may be those of a difference: such a port tells nothing
+    # slopes of zero may be those of a difference: such a port says nothing
     sure = [p.v[:n] for p in ports if not p.pair and (p.low > 0.0 or not p.closed)]
     stacked = np.vstack([symmetric[:n, :n], tied, *sure])
     singular = np.linalg.svd(stacked, compute_uv=False)
@@ -344,7 +344,7 @@ def _culprits(ports: list[Port]) -> Uniqueness:
 
 
 def _wrong(ports: list[Port]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the functions and the pairs that may stand in the way."""
+    """Return the functions and the pairs that may prevent a proof."""
     wrong = [p for p in ports if not _adds(p)] or ports
     return (
         tuple(sorted({k for p in wrong if not p.pair for k in p.owners})),

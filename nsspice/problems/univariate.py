@@ -194,7 +194,7 @@ class Law:
     def _evaluated(
         self, register: int, low: Floats, high: Floats, inside: Floats
     ) -> tuple[Interval, Interval]:
-        """Return enclosures of value and slope on pieces; `inside` tells on which side of kinks."""
+        """Return enclosures of value and slope on pieces; `inside` says on which side of kinks."""
         self._known.clear()
         with np.errstate(all="ignore"):
             return self._at(register, Interval(low, high), inside)

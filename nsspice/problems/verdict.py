@@ -3,7 +3,7 @@
 Every check of this package answers with one :class:`Verdict`: of matrices
 (:mod:`nsspice.problems.matrices`), of uniqueness and of regularity.  A statement that *fails* comes
 with a :class:`Witness`, which anybody can check without the algorithm that found it; one that is
-*not decided* says what stands in the way.  Nothing in between is guessed.
+*not decided* says what prevents a decision.  Nothing in between is guessed.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class Verdict:
     holds : bool or None
         True: proved. False: it fails, see the witness. None: not decided.
     reason : str
-        One clause: by which theorem or criterion it holds, which hypothesis fails, or what stands
+        One clause: by which theorem or criterion it holds, which hypothesis fails, or what
         in the way of a decision.
     witness : Witness or None
     hypotheses : mapping of str to Verdict

@@ -10,7 +10,7 @@ from ..devices.mosfets.smooth_mosfet import SmoothMosfet
 from ..netlist.deck import Element
 from .edits import SET_VALUED, Edit
 
-#: what makes a device what it is: it stays, whatever it costs
+#: what makes a device what it is: it stays, at any cost
 _ESSENTIAL = frozenset(
     ["", "value", "ic", "is", "n", "vt", "it", "von", "voff", "ion", "ioff", "bf", "br", "nf", "nr",
      "alphan", "alphai", "vto", "kp", "mtriode", "ksubthres", "subshift", "theta", "ideal"]

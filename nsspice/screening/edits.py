@@ -33,7 +33,7 @@ class Edit:
     key : str
         The parameter of the model.
     span : Span
-        Where it stands in the deck.
+        Where it is in the deck.
     """
 
     owner: str

@@ -177,7 +177,7 @@ class EffectsReport:
         Parameters
         ----------
         source : str
-            Text of the deck's own file; effects that other files bring are only told.
+            Text of the deck's own file; effects that other files bring are only reported.
         deck : Deck
         """
         lines = source.splitlines()

@@ -85,8 +85,8 @@ class Auditor:
     def accompany(self, stepper: Stepper) -> None:
         """Let a stepper add up the energies of all its steps; call it before the run.
 
-        The sums are made from the arrays of this auditor, and take a few numbers whatever the
-        length of the run; :attr:`Stepper.balance` tells what they came to.
+        The sums are made from the arrays of this auditor, and take a few numbers for any
+        length of the run; :attr:`Stepper.balance` has their totals.
         """
         stepper.take_along(self._core)
 

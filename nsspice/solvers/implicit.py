@@ -193,7 +193,7 @@ def freed(
 ) -> tuple[Csc, Csc, Csc, Floats]:
     """Return the relations with every smooth function replaced by an unknown of its own.
 
-    If they contradict each other, they do so whatever the functions are.  Rows of zeros keep the
+    If they contradict each other, they do so for any functions.  Rows of zeros keep the
     matrix square.
     """
     n, p = smooth.F.shape

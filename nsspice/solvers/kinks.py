@@ -45,7 +45,7 @@ class Limits:
         False if there were too many kinks to combine their sides.
     directions : ndarray, shape (kinks, n)
         Along which each kink goes from its lower to its upper side; the sides of the last one
-        stand next to each other in ``jacobians``.
+        are next to each other in ``jacobians``.
     sure : bool
         The signs of these directions are combined in the same ways as the sides are near the
         point: no kink inside another one, and where directions depend on each other they are those

@@ -39,7 +39,7 @@ class Records:
     ----------
     time, length : ndarray, shape (k,)
         End and length of each step [s]; infinite for a static solution, negative for the state
-        right after a jump: minus the length of the short step that found it.
+        just after a jump: minus the length of the short step that found it.
     z, change : ndarray, shape (k, n)
         Unknowns at the end, and their change over the step.
     lam : ndarray, shape (k, m)

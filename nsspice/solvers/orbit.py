@@ -249,7 +249,7 @@ class PeriodMap:
         return State(self.core.end(), self.core.gates())
 
     def settled(self, start: State, time: float) -> State:
-        """Return the state after running for a time [s], whatever the trigger does."""
+        """Return the state after running for a time [s], regardless of the trigger."""
         result = self.core.run(start.energy, start.gates, time, None)
         if "passed" not in result:
             raise UnsolvedStep(result["time"], result["residual"], None)

@@ -133,7 +133,7 @@ class SdirkStepper(ImplicitStepper):
     ) -> int:
         """Plan a run to ``stop`` with steps of at most ``step``.
 
-        Rows stand at ``out_start + k out_step`` and at ``stop``.
+        Rows are at ``out_start + k out_step`` and at ``stop``.
 
         Returns
         -------

@@ -12,7 +12,7 @@ their energy, every step of Newton's method solves
 in a space of few directions: those in which the residual lies and their images.  What parasitics
 store is forgotten within a period (:math:`\\Phi v \\approx 0`), so that the space grows to about
 the number of slow stores, and it serves for later steps too.  The differences go across switchings,
-jumps and located events, whatever these are.
+jumps and located events, of any kind.
 
 References: R. Telichevesky, K. S. Kundert, J. K. White, "Efficient steady-state analysis based on
 matrix-free Krylov-subspace methods", Proc. 32nd DAC (1995) 480, doi:10.1145/217474.217574; T. J.
@@ -55,8 +55,8 @@ _NOISE = 4.0  # residual in units of the error of a step, below which it is nois
 _EARLY = 0.2  # part of a period within which no crossing of the trigger ends one
 _FIRST_SEARCH, _LAST_SEARCH = 1e-9, 1e4  # [s]
 _CROSSINGS = 3  # before a period is known
-_WIDER = 4.0  # differences that tell of errors
-#: multipliers below this are not told from zero
+_WIDER = 4.0  # differences that show errors
+#: multipliers below this are not distinguished from zero
 UNSEEN = 1e-4
 
 
@@ -233,7 +233,7 @@ class StepMap:
         return self._state(rows[-1], stepper), distances, swings
 
     def settled(self, start: State, time: float) -> State:
-        """Return the state after running for a time [s], whatever the trigger does."""
+        """Return the state after running for a time [s], regardless of the trigger."""
         return self._finish(self._stepper(start, self.accuracy, time))
 
     def _finish(self, stepper: SdirkStepper) -> State:
@@ -245,7 +245,7 @@ class StepMap:
                 return self._state(rows[-1], stepper)
 
     def _to_trigger(self, start: State, periods: int, accuracy: Accuracy) -> State:
-        """Run until the trigger has come so often that the last two tell the period."""
+        """Run until the trigger has come so often that the last two show the period."""
         known, wanted = self.length, periods if self.length else periods + _CROSSINGS
         limit = 4.0 * (periods + 1) * known if known else _FIRST_SEARCH
         while limit <= _LAST_SEARCH:
@@ -371,7 +371,7 @@ class _Search:
             residual = end - y
             now, size = float(np.linalg.norm(residual)), self.size(y, end)
             if size > farthest:
-                break  # beside it all that a period does is small
+                break  # next to it all that a period does is small
             quiet = now <= _NOISE * tolerance * size
             c, rest = space.split(residual)
             while np.linalg.norm(rest) > max(_SOLVED * now, 0.5 * tolerance * size):
@@ -401,7 +401,7 @@ class _Search:
     def even(self, y: Floats) -> bool:
         """Return whether each store is as near to the orbit, for its own size, as a run would be.
 
-        The changes over two periods tell how fast each one still moves there.
+        The changes over two periods show how fast each one still moves there.
         """
         first = self.image(y)
         change, then = first - y, self.image(first) - first
@@ -415,7 +415,7 @@ class _Search:
         """Return a point at which a switch acts that was open, or closed, all the period.
 
         A controller's integrator winds up meanwhile by the same amount in each period: two of them
-        tell when the switch acts, and half the swing of its control later it does so in the middle.
+        show when the switch acts, and half the swing of its control later it does so in the middle.
         """
         if self.map.triggered:
             return y
@@ -473,7 +473,7 @@ class _Search:
         values, vectors = np.linalg.eig(own.V.T @ own.W)
         order = np.argsort(-np.abs(values), kind="stable")
         values, vectors = values[order].astype(np.complex128), vectors[:, order]
-        # in the direction of the largest one a wider difference tells how much differences err
+        # in the direction of the largest one a wider difference shows how much differences err
         own_direction = np.real(vectors[:, 0])
         size = float(np.linalg.norm(own_direction))
         v = own.V @ own_direction / size

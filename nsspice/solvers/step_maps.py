@@ -159,7 +159,7 @@ class _Group:
         self._keep(i, x, f + slopes.by_unknown @ x[:, :n])
 
     def _told(self) -> None:
-        """Rates at the begin that the structure of the network has told: those of an instant."""
+        """Rates at the begin from the structure of the network: those of an instant."""
         tangent, stored, n = self.tangent, self.tangent.stored, self.tangent.system.n
         slopes, a, inverse = tangent.at_begin(self.steps)
         base = np.zeros((self.steps.size, stored.size, self.c))

@@ -279,7 +279,7 @@ class Stepper(ABC):
 
     @property
     def beginning(self) -> tuple[Floats, Floats]:
-        """Unknowns (n,) and multipliers (m,) right after a start."""
+        """Unknowns (n,) and multipliers (m,) just after a start."""
         return self.state
 
     @property

@@ -1,4 +1,4 @@
-"""Comparisons once more: what the switches that stand for them do, against what the deck says."""
+"""Comparisons once more: what the switches that stand for them do, compared with the deck."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LATE = 1e-6
 #: A step with error control does not let decay so large a part of what is compared: what comes to
 #: be equal within it has come by a law with a kink.
 _KINK = 1e-2
-#: Intervals below this part of the time are too short to tell what stays.
+#: Intervals below this part of the time are too short to decide what stays.
 _SHORT = 1e-9
 #: what is 1 or 0 up to rounding
 _HALF = 0.5
@@ -38,10 +38,10 @@ _Truths = npt.NDArray[np.bool_]
 
 
 class ComparisonCheck:
-    """Evaluates the comparisons of a deck at recorded points, and compares what the switches tell.
+    """Evaluates the comparisons of a deck at recorded points against the states of the switches.
 
     Both sides are taken from the tree by numpy, with the voltages of the nodes that it names.  A
-    comparison is wrong where its node tells the opposite throughout a recorded interval.  Where
+    comparison is wrong where its node says the opposite throughout a recorded interval.  Where
     both sides are equal throughout, and have come to be so, it has to have the value that is
     written: what only tends to be equal never is.
 
@@ -109,7 +109,7 @@ class ComparisonCheck:
         node = z[..., compared.node]
         low, high = (combination(e, time, z, lam, u) + c for e, c in compared.ends)
         true = np.abs(node - high) < np.abs(node - low)
-        # between two laws of one value there is nothing to tell
+        # between two laws of one value there is no difference
         same = np.abs(high - low) <= _LATE * np.maximum(np.abs(high), np.abs(low))
         meant = np.where(equal, state.at_equality, state.ahead(ahead))
         return ahead, equal, np.where(same, meant, true)

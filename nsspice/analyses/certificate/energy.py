@@ -89,7 +89,7 @@ class Energy:
         steps : (int, int)
             Recorded steps, and steps in all.
         kept : bool
-            False if some jumps are not told.
+            False if some jumps are not reported.
         """
         return cls(
             stored=sums["stored"] + jumped.stored,

@@ -1,4 +1,4 @@
-"""Failures of the solvers, told with the names of the circuit."""
+"""Failures of the solvers, described with the names of the circuit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ...errors import (
 )
 from ...solvers.stepper import UnsolvedStep
 
-#: what is so many times as large as all sources is no voltage of the circuit
+#: a voltage so many times above all sources is not one of the circuit
 _AWAY = 1e3
 #: a residual that falls below this while a voltage grows has no zero, only a limit
 _VANISHES = 1e-8

@@ -16,7 +16,7 @@ def of_linearised(certificate: Certificate, statistics: Mapping[str, Any]) -> Ce
     """Return the certificate of a followed path: its linearised problems are what is solved.
 
     How far the laws themselves are off at the points is an error of the method, of order four, and
-    stands in the statistics; a method that has lost its path, at a fold, has no such error.
+    is in the statistics; a method that has lost its path, at a fold, has no such error.
     """
     off = float(statistics["grid_residual"])
     if not off <= _ASTRAY:

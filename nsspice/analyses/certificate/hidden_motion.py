@@ -35,7 +35,7 @@ _NEAR = 1e-6
 _MOST = 1 << 20
 #: signals of an island that are looked at
 _SIGNALS = 256
-#: output points in an interval that tell all
+#: output points in an interval that show everything
 _DENSE = 8.0
 #: signals named in the warning
 _NAMED = 6
@@ -51,7 +51,7 @@ class Points(NamedTuple):
     side : ndarray, shape (k,)
         1 for a limit from the right, -1 for one from the left.
     weight : ndarray, shape (k,)
-        Time that each point stands for [s].
+        Time that each point represents [s].
     values : ndarray, shape (k, c)
     """
 
@@ -98,7 +98,7 @@ class Between:
         """Keep the signals at the points of recorded intervals."""
         if not self.names or self._left <= 0:
             return
-        # nothing moves faster than an interval is long: many output points in it tell all
+        # nothing moves faster than an interval is long: many output points in it show everything
         short = intervals.end - intervals.begin < _DENSE * self._distance
         if not short.any():
             return
@@ -219,7 +219,7 @@ class OutputPoints:
             of_unit[unit(name)] = max(found.largest, of_unit.get(unit(name), 0.0))
         for k, name in enumerate(self.names):
             found = self._found.get(name, _Found())
-            # a current that is rounding beside the others swings as it likes
+            # a current that is rounding next to the others may swing freely
             if not found.most > max(
                 _TRACE * found.largest, _ROUNDING * of_unit.get(unit(name), 0.0)
             ):

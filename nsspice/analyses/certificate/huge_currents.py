@@ -15,7 +15,7 @@ _MOST = 1e6
 
 
 def huge_currents(names: Sequence[str], sizes: npt.NDArray[np.float64]) -> Diagnostic | None:
-    """Return a warning about the largest current beside the largest voltage, None if it is usual.
+    """Return a warning if the largest current is huge relative to the largest voltage.
 
     Parameters
     ----------

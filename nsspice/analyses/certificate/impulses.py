@@ -15,14 +15,14 @@ from ..signals.curve import Floats
 
 #: Impulses below this share of the largest of a jump are rounding.
 _SHARE = 1e-6
-#: A jump is told if what a store holds, as the root of its energy, changes by more than this share
-#: of the largest: a small capacitor beside large ones counts.
+#: A jump is reported if what a store holds, as the root of its energy, changes by more than this
+#: share of the largest: a small capacitor next to large ones counts.
 _NOTICED = 1e-8
 #: A change of what a store holds by this share of the largest of its kind is rounding.
 _ROUNDING = 1e-13
 #: An impulse is more than what ordinary currents and voltages carry in this part of a step.
 _INSTANT = 1e-6
-#: Elements across which a flux impulse is told: those that can hold any voltage.
+#: Elements across which a flux impulse is reported: those that can hold any voltage.
 _HOLD = frozenset("disw")
 #: Controlled sources whose currents pass on the impulses of their controls.
 _DRIVE = frozenset("fg")
@@ -51,8 +51,8 @@ def jumps_of(
         Charges and fluxes (n,) from which the run started, and their energy [J]; a first jump
         begins there.
     tolerance : float
-        A jump that changes no store by more than this part of what it holds is not told: where the
-        laws of a mode tie stores, it mends the error of the steps before.
+        A jump that changes no store by more than this part of what it holds is not reported: where
+        the laws of a mode tie stores, it mends the error of the steps before.
     initial : mapping, optional
         Voltages of nodes by name with which the run began [V], for capacitors without ``IC=``.
     """

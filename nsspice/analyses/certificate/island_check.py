@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
-#: Otherwise one of so many steps is recorded, and those that change the mode: each of the first
-#: thousand, later as many as cost little beside the run.
+#: Otherwise one in this many steps is recorded, and those that change the mode: each of the first
+#: thousand, later as many as cost little compared with the run.
 _EVERY = 128
 _WINDOW = 1
 
@@ -85,7 +85,7 @@ class Examiner:
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
-        #: each record is a solution at an instant; the end of an implicit step lies beside an event
+        #: each record is a solution at an instant; the end of an implicit step is next to an event
         self._pointwise = step is None and mna.system.static
         self._free = FreeCurrents(system)
         self._active: Watcher | None = None

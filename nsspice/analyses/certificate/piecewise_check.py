@@ -127,7 +127,7 @@ class _Sizes:
         )
         volts = self._largest[self._volts].max(initial=0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            # a step over an instant has no length, and tells no rates
+            # a step over an instant has no length, and gives no rates
             rates = np.where(stored > 0.0, np.minimum(stored / np.abs(lengths), _MOST), 0.0)
         return {"v": np.asarray(volts), "i": conducted + rates}
 

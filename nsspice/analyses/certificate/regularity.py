@@ -56,7 +56,7 @@ class SolutionVerdict:
         ``several`` (others were found, or some quantity is free), ``not known``.
     reason : str
     elements : tuple of str
-        Elements that stand in the way of a proof.
+        Elements that prevent a proof.
     modulus : float or None
         Largest change of an unknown per unit of a law's right-hand side, at the worst point.
     place : str
@@ -274,7 +274,7 @@ class Judge:
     def undetermined(self, records: Recorded, counted: int) -> int:
         """Return at how many of the recorded points something is free, of those counted as such.
 
-        The core counts modes that leave something free, whatever the inequalities say of it: in a
+        The core counts modes that leave something free, regardless of the inequalities: in a
         rectifier at rest all diodes neither conduct nor block, and they alone hold the output.
         """
         system = self.system
@@ -292,7 +292,7 @@ class Judge:
     def _upright(self, z: Floats) -> tuple[str, ...]:
         """Return the elements whose laws have no finite slope at a point.
 
-        Beside an infinite one (``asin(x)`` at 1) any residual is small, and where a law has no
+        Next to an infinite one (``asin(x)`` at 1) any residual is small, and where a law has no
         limit (``atan2(x, y)`` at the origin) rounding of its arguments makes another value of it:
         what else satisfies the laws there is not known.
         """
@@ -308,7 +308,7 @@ class Judge:
         return f"node {self.mna.row_nodes[row]}"
 
     def search(self, stepper: MoreauStepper) -> SolutionVerdict | None:
-        """Seek further solutions beside the one operating point of a stepper, if need be.
+        """Seek further solutions next to the one operating point of a stepper, if necessary.
 
         Returns
         -------
@@ -360,7 +360,7 @@ def isolation_of(
     lam: Floats,
     roles: npt.NDArray[np.uint8] | None,
 ) -> list[tuple[Verdict, int]]:
-    """Return whether other solutions lie beside some points, once for each mode, with its count."""
+    """Return whether other solutions are near some points, once for each mode, with its count."""
     on, off = index_sets(system, z, lam, roles)
     modes: dict[bytes, list[int]] = {}
     for k in range(len(z)):

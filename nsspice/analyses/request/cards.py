@@ -160,7 +160,7 @@ class Tran:
     def rows(self, first: int = 0, last: int | None = None) -> Floats:
         """Return the times of the rows ``first`` to ``last``, the latter not included.
 
-        Rows stand at ``start + k row_step`` and at ``stop``.
+        Rows are at ``start + k row_step`` and at ``stop``.
 
         Examples
         --------

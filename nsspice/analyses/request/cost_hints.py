@@ -202,7 +202,7 @@ def _obstacle(expression: Expression) -> Node:
 
 
 def _rewritten(node: Node) -> str:
-    """Return what to write in the place of a nonlinear part of an expression."""
+    """Return what to write instead of a nonlinear part of an expression."""
     text = shown(Expression(node), 40)[1:-1]
     name = str(node.value) if node.op == "call" else node.op
     if name == "tanh":

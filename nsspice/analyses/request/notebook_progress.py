@@ -1,4 +1,4 @@
-"""Progress of a run: told to a caller, or shown as a bar below the cell of a notebook."""
+"""Progress of a run: reported to a caller, or shown as a bar below the cell of a notebook."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _PAUSE = 0.1  # [s] between two pictures of the bar
 
 @contextmanager
 def shown_in_notebook(title: str, progress: Progress | None) -> Iterator[Progress | None]:
-    """Return what is told about the progress of a run: the caller's own, or a bar in a notebook.
+    """Return how the progress of a run is reported: the caller's way, or a bar in a notebook.
 
     Parameters
     ----------
     title : str
-        What stands before the bar.
+        Text before the bar.
     progress : callable or None
         The caller's.
     """

@@ -28,7 +28,7 @@ def hold(
     voltages : sequence of (terms, float)
         Each as a combination of unknowns, and its value [V].
     loose : sequence of int
-        Currents that are zero, whatever their laws say.
+        Currents that are zero, regardless of their laws.
 
     Examples
     --------

@@ -20,8 +20,8 @@ class ElementPower:
     kind : str
         ``source``, ``store`` or ``loss``.
     switching : float
-        What the tables of its model card say about its switchings, on average [W]: beside the power
-        above, and beside the circuit's balance.
+        What the tables of its model card say about its switchings, on average [W]: in addition to
+        the power above, and to the circuit's balance.
     junction : float
         Average temperature of its junction [C]; nan without a thermal network.
     """

@@ -27,7 +27,7 @@ class NamedSignals:
     ----------
     layout : Layout
     frozen : float or None
-        The time that expressions see [s], if it stands still.
+        The time that expressions see [s], if it is fixed.
     """
 
     def __init__(self, layout: Layout, frozen: float | None) -> None:

@@ -115,7 +115,7 @@ class Pieces:
 
     @classmethod
     def of_rows(cls, x: Floats, columns: Floats) -> Pieces:
-        """Return lines between rows; an abscissa that stands twice is a jump.
+        """Return lines between rows; an abscissa that appears twice is a jump.
 
         Parameters
         ----------

@@ -95,7 +95,7 @@ class Cells:
         return np.asarray(pieces.begin[self.index] + at * pieces.length[self.index])
 
 
-@np.errstate(all="ignore")  # a result that is no number is told as such
+@np.errstate(all="ignore")  # a result that is not a number is reported as such
 def integral(trace: Trace, start: float, stop: float, *, square: bool = False) -> float:
     """Return the integral of an expression, or of its square, over a window."""
     cells = Cells.of(trace, start, stop)
@@ -109,7 +109,7 @@ def integral(trace: Trace, start: float, stop: float, *, square: bool = False) -
         found, sizes, bends = _quadrature(trace, halves, square)
         k = cells.index.size
         both = found[:k] + found[k:]
-        # a kink near an end of a cell lies beyond all points of Gauss, but the end tells of it
+        # a kink near an end of a cell lies beyond all points of Gauss, but the end shows it
         off = np.maximum(np.abs(both - todo), np.maximum(bends[:k], bends[k:])) > _AGREE * size
         parts.append(both[~off])
         split = np.tile(off, 2)

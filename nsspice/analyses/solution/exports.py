@@ -38,7 +38,7 @@ class HandedOver:
         write_csv(self._run, path, columns)
 
     def save(self, path: str | Path, columns: Sequence[str] | None = None) -> None:
-        """Write the columns into a file whose ending tells the format.
+        """Write the columns into a file whose extension gives the format.
 
         Parameters
         ----------

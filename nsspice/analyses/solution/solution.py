@@ -68,7 +68,7 @@ class FinePoints:
     Parameters
     ----------
     axis : ndarray, shape (k,)
-        An instant of a jump stands twice.
+        An instant of a jump appears twice.
     signals : dict of str to ndarray, shape (k,)
     """
 

@@ -136,7 +136,7 @@ def as_controlled(system: DescriptorSystem, z: Floats) -> DescriptorSystem:
 def given_voltages(
     cards: Mapping[str, object], mna: MnaSystem
 ) -> dict[str, tuple[float, Span | None]]:
-    """Return the voltages [V] given for nodes of this island, and where they stand."""
+    """Return the voltages [V] given for nodes of this island, and where they are given."""
     found = {}
     # what another block hands on is given there
     others = {device.ends[0] for device in mna.devices if isinstance(device, BlockInput)}

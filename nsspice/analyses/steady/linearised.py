@@ -37,7 +37,7 @@ Complexes = npt.NDArray[np.complex128]
 _DENSE = 150
 #: frequencies solved at once
 _BATCH = 64
-#: of the larger of current and voltage: below, a pair stands at the corner of its characteristic
+#: of the larger of current and voltage: below, a pair is at the corner of its characteristic
 _CORNER = 1e-12
 
 
@@ -55,7 +55,7 @@ class Point:
     slopes, source_slopes : ndarray, shapes (p, n), (p, s)
         Derivatives of the smooth functions by unknowns and sources.
     corners : tuple of str
-        Elements that stand at a corner of their characteristic.
+        Elements that are at a corner of their characteristic.
     functions : ndarray, shape (p,)
         The smooth functions.
     """

@@ -7,7 +7,7 @@ and i the current through the source,
 
     T = -1 \\Big/ \\Big(1 - \\frac{1}{2 (i_a v_b - v_a i_b) + v_a + i_b}\\Big),
 
-which holds whatever the impedances are and in whichever direction the loop is passed through.  T is
+which holds for any impedances and in whichever direction the loop is passed through.  T is
 the return ratio: negative feedback has a positive T at low frequencies, and the loop is unstable
 where it encircles -1.
 

@@ -27,7 +27,7 @@ from .steady_state import Neighbour, Orbit, Pss, find_orbits, report, static_orb
 from .stepped_response import SteppedResponse
 from .stimuli import Stimulated, stimulated
 
-#: relative error of a response above which it is told
+#: relative error of a response above which it is reported
 KNOWN = 1e-4
 
 

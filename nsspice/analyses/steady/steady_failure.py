@@ -1,4 +1,4 @@
-"""Why there is no periodic steady state, told with the names of the circuit."""
+"""Why there is no periodic steady state, described with the names of the circuit."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Responses of periodic orbits that were found by steps with error control.
 
-One period is recorded with longer and with shorter steps, and differentiated as it stands; the
-order of the steps is four, so that halved steps tell how far responses are off.
+One period is recorded with longer and with shorter steps, and differentiated as it is; the
+order of the steps is four, so that halved steps show how far responses are off.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ class Job:
     ----------
     card : OpCard, DcCard or TranCard
     label : str
-        What tells it from the other jobs of the deck: ``""``, ``"tran"``, ``"dc2.step3"``.
+        What distinguishes it from the other jobs of the deck: ``""``, ``"tran"``, ``"dc2.step3"``.
     steps : tuple of (Sweep, float)
         Stepped quantities with their value.
     """
@@ -208,7 +208,7 @@ def run(
         As for :func:`nsspice.tran`.
     tol : float, optional
         Error of transients that is wanted, a share of the range of each stored quantity: method
-        and step are chosen to meet it, and ``error`` of the solution tells what was reached.
+        and step are chosen to meet it, and ``error`` of the solution says what was reached.
     refine : bool
         Estimate the error of fixed steps by halving them twice, into ``error``.
     on_failure : str

@@ -27,7 +27,7 @@ from .batch import Job, Request, run_job
 _ATTEMPTS = 8
 #: the finest tolerance of controlled steps that rounding leaves a meaning
 _FINEST = 1e-13
-#: most halvings of a step from what its error tells
+#: most halvings of a step from its error
 _FARTHEST = 6
 #: most steps of a fixed-step run that is started by itself
 _MOST_STEPS = 5e7
@@ -220,7 +220,7 @@ class _Trials:
         return Settings.of(self.circuit.deck, self.request.method).method
 
     def static(self, tol: float | None) -> Solution:
-        """Run a circuit without storage; two ways to the same points tell how far they are off."""
+        """Run a circuit without storage; two ways to the same points show how far they are off."""
         solution = self.run(reltol=None if tol is None else max(0.1 * tol, _FINEST))
         names = [name for name in solution.columns if name[:2] in ("v(", "i(")]
         motion, axis = solution.motion(names), solution.axis
@@ -235,7 +235,7 @@ class _Trials:
             others = [self.run(method="moreau", reltol=None).signals]
         worst, signal = 0.0, ""
         for name, trace in traces.items():
-            # the rows may all stand at zeros of a sine
+            # the rows may all be at zeros of a sine
             top, low = (
                 extreme(trace, axis[0], axis[-1], least=least)[0] for least in (False, True)
             )
@@ -261,7 +261,7 @@ class _Trials:
         return self._controlled(tol)
 
     def _checked(self, exact: Solution, tol: float) -> Solution:
-        """Take the exact engine, with an independent method beside it as a bound of its error."""
+        """Take the exact engine, with an independent method as a bound of its error."""
         reltol = max(0.1 * tol, _FINEST)
         other = self.run(method="sdirk", reltol=reltol, step=None)
         value, signal = self._apart(exact, other, self.stored)
@@ -302,7 +302,7 @@ class _Trials:
             half.error = ErrorEstimate(value, signal, how, order, tol)
             best, last, step = half, value, 0.5 * step
             # first order, with a margin: straight to the step that should do, as far as errors of
-            # steps that are too long for what happens tell it
+            # steps that are too long for what happens show it
             jump = min(math.floor(math.log2(max(1.0, value / tol))), _FARTHEST)
             finer = step * 0.5**jump
             if value <= tol or self._stop() / finer > _MOST_STEPS:

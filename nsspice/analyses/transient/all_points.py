@@ -29,7 +29,7 @@ def advance_points(
 ) -> bool:
     """Advance all islands from point to point; return True if Ctrl-C stopped it.
 
-    An instant that stands twice is a jump: before and after.  Islands with other instants are
+    An instant that appears twice is a jump: before and after.  Islands with other instants are
     interpolated there.
 
     Raises
@@ -74,10 +74,10 @@ def advance_points(
 def with_sides(
     rows_of: Sequence[Sequence[Floats]], widths: Sequence[int], recorder: Recorder, table: Floats
 ) -> FinePoints | None:
-    """Return the rows with all points that were kept beside them, None if there are none.
+    """Return the rows with all points that were kept between them, None if there are none.
 
-    An instant that stands twice among the points of an island is a jump: before and after.  Signals
-    of several islands are interpolated between the rows.
+    An instant that appears twice among the points of an island is a jump: before and after.
+    Signals of several islands are interpolated between the rows.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from ..request.method import choose
 from ..request.settings import Settings
 from ..signals.curve import Floats
 
-_NAMED = 4  # signals of one block that are told by name
+_NAMED = 4  # signals of one block that are listed by name
 
 
 def split(

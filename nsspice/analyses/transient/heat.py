@@ -4,7 +4,7 @@ Switching stays ideal.  At each event of the exact run the current and the volta
 known: a switch turns on into the current after the event with the voltage before it, it turns off
 the current before it against the voltage after it; a diode recovers from the current before to the
 voltage after.  Where both have the wrong signs, or one is zero, the switching is soft and the table
-at zero counts.  These energies are none that the circuit's equations know: they stand beside the
+at zero counts.  These energies are not in the circuit's equations: they are added to the
 balance of energy, which does not change.
 
 In a periodic steady state tables are read at the average temperature of the junction, which solves

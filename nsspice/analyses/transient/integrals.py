@@ -193,7 +193,7 @@ class Integrals:
         return total
 
     def distortion(self, name: str, order: int = 1) -> float:
-        """Return the total harmonic distortion beside the harmonic of an order, all others counted.
+        """Return the total harmonic distortion and the harmonic of an order, all others counted.
 
         It is the root of the power of all harmonics but this one and the mean, over that of this
         one.

@@ -236,7 +236,7 @@ class IslandRunner:
 
     def _start(self) -> None:
         analysis = self.analysis
-        # the plan comes first: it tells the stepper whether switches act on a static circuit
+        # the plan comes first: it says to the stepper whether switches act on a static circuit
         rows = analysis.row_distance
         if self._by_points:
             self._plan_more()
@@ -280,7 +280,7 @@ class IslandRunner:
         self.stepper.plan_points(self.analysis.rows(first, self._planned))
 
     def jumps(self) -> tuple[list[JumpReport], int]:
-        """Return the jumps so far, with the impulses of elements, and how many are not told."""
+        """Return the jumps so far, with the impulses of elements, and how many are not reported."""
         jumps = self.stepper.jumps
         shared = [] if self._shared is None else [self._shared]
         if self.step is None or not jumps:
@@ -447,7 +447,7 @@ class IslandRunner:
             raise self._stopped(block, problem) from problem
 
     def _stopped(self, block: Floats, problem: UnsolvedStep) -> Stopped:
-        """Return the end of a run; without a contradiction the mode may tell why."""
+        """Return the end of a run; without a contradiction the mode may say why."""
         if problem.certificate is None:
             try:
                 block = self._followed_up_to(block)
@@ -483,7 +483,7 @@ class IslandRunner:
     def failure(self, problem: UnsolvedStep) -> NumericalError:
         """Return the error to raise for a step that was not solved.
 
-        Where a path was followed, solving point by point tells whether its step was too long, or
+        Where a path was followed, solving point by point shows whether its step was too long, or
         the path ends.
         """
         if self._high is not None and isinstance(problem, HighIndex):
@@ -503,7 +503,7 @@ class IslandRunner:
         return lost_path(self.method, problem)
 
     def report(self, hidden: int) -> IslandRun:
-        """Return how the island was solved; so many jumps are not told, and do not count."""
+        """Return how the island was solved; so many jumps are not reported, and do not count."""
         self.hand_over()
         system = self.mna.system
         moreau = self.method == "moreau"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 INEXACT = (NotModewise, NoDerivative, NoOrbit, UnsolvedStep, NsspiceError, ValueError)
 #: a frequency is a multiple of another up to this part
 _SAME = 1e-9
-_NAMED = 6  # elements without a power that are told by name
+_NAMED = 6  # elements without a power that are listed by name
 
 
 def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1) -> Spectrum:
@@ -37,7 +37,7 @@ def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1)
     name : str
         A voltage or current.
     harmonics : int
-        Coefficients to return beside the mean.
+        Coefficients to return besides the mean.
     multiple : int
         The fundamental, in units of the window's own frequency.
     """

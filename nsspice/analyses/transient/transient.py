@@ -106,7 +106,7 @@ def tran(
         False leaves the rows to the sink alone; the solution then holds the first and last row.
     all_points : bool
         Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
-        of each jump: the time of a jump stands twice, before and after.
+        of each jump: the time of a jump appears twice, before and after.
     everything : bool
         Simulate also what none of the signals depends on; otherwise ``skipped`` of the solution
         and its certificate name it.

@@ -12,9 +12,9 @@ from ..signals.curve import Floats
 def align(parts: Sequence[Floats]) -> Floats:
     """Return the points of all parts on all their instants.
 
-    Each part has the time first; an instant that stands twice is a jump, before and after.  Where
+    Each part has the time first; an instant that appears twice is a jump, before and after.  Where
     a part has no point at an instant of another, it is interpolated; where it has one point at
-    the jump of another, that point stands on both sides.
+    the jump of another, that point is given on both sides.
 
     Parameters
     ----------

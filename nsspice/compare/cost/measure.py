@@ -24,7 +24,7 @@ Notice = Callable[[str], None]
 
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
 #: a run that takes so many times the limit is given up: a step four times as fine takes four times
-#: as long, and the first run of a ladder is tried whatever it takes
+#: as long, and the first run of a ladder is tried regardless of its time
 _PATIENCE = 4.0
 _DIVISIONS = tuple(4**k for k in range(16))
 

@@ -22,7 +22,7 @@ _LINES = {"ngspice": "--", "pulsim": "-.", "siconos": ":"}
 
 
 def _styles(names: Iterable[str]) -> Iterator[dict[str, Any]]:
-    """Yield the look of each ladder: the line tells the program, the colour its method."""
+    """Yield the look of each ladder: the line style shows the program, the colour its method."""
     counts = Counter[str]()
     for k, name in enumerate(names):
         line = next((line for peer, line in _LINES.items() if name.startswith(peer)), "-")
@@ -97,7 +97,7 @@ def _mark(axes: Any, report: CostReport, target: float) -> None:
 
 
 def _legend(figure: Any, axes: Any) -> None:
-    """Name the methods beside the points, own ones first, other programs under a heading."""
+    """Name the methods next to the points, ours first, other programs under a heading."""
     from matplotlib.lines import Line2D
 
     handles, labels = axes.get_legend_handles_labels()

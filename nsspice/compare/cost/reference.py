@@ -12,9 +12,9 @@ from ...errors import Diagnostic, NumericalError, UsageError
 from .graph import Graph
 from .problem import Problem
 
-#: tolerances of the controlled runs that stand behind a reference; the last is the finest
+#: tolerances of the controlled runs behind a reference; the last is the finest
 _TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
-#: those that stand in for them where not even the first is reached, or to compare a single one with
+#: those that replace them where not even the first is reached, or to compare a single one with
 _LOOSE = (1e-6, 1e-5, 1e-4, 1e-3)
 #: a finer run is not begun if it would take longer than this [s], or so many limits of a run
 _PATIENCE = 6.0, 3.0
@@ -130,7 +130,7 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
         if found is None:
             break
         if runs and found.steps == runs[-1].steps:
-            # its longest step rules: the same run once more tells nothing
+            # its longest step rules: the same run once more shows nothing
             coarser = _run(problem, tolerance, longer=2.0)
             return [run for run in (coarser, found) if run], "a longest step twice as long"
         gap = _apart(found.graph, runs[-1].graph) if runs else np.inf
@@ -143,7 +143,7 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
             break
         if exact is not None and _apart(exact, found.graph) < 1e-13:
             break
-    # where the circuit is dear a looser run, which errs more, tells how sure the tight one is
+    # where the circuit is expensive a looser, less accurate run shows how sure the tight one is
     for tolerance in _LOOSE if len(runs) < 2 else ():
         found = _run(problem, tolerance)
         if found is not None:

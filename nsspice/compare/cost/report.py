@@ -150,7 +150,7 @@ class CostReport:
     signals : list of str
     reference : Reference
     rows : list of Measurement
-        Those of a method stand together, from coarse to fine.
+        Those of a method come together, from coarse to fine.
     absent : list of str
         What was not measured, and why.
     """

@@ -21,12 +21,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-#: exit codes that tell what is missing
+#: exit codes that say what is missing
 NO_PYSPICE, NO_LIBRARY = 11, 12
 
 
 def is_failure(line: str) -> bool:
-    """Return whether a line of ngspice tells of a failure, and not just of something.
+    """Return whether a line of ngspice reports a failure, and not just of something.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def session() -> Any:
 
 
 def _warnings(log: list[str]) -> list[str]:
-    """Return the first lines that tell that something did not succeed."""
+    """Return the first lines that say that something did not succeed."""
     return [line for line in log if "failed" in line][:200]
 
 

@@ -60,7 +60,7 @@ class DeckWriter:
         self.sweeps_temperature = False
         #: elements whose current is measured by a source of 0 V in series
         self.metered: set[str] = set()
-        #: those whose meter stands in the deck
+        #: those whose meter is in the deck
         self.written: set[str] = set()
         #: elements that are voltage sources in ngspice
         self.own_current: set[str] = set()

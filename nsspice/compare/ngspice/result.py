@@ -102,7 +102,7 @@ def finished(raw: RawRun, translation: Translation) -> NgspiceRun:
     Raises
     ------
     NgspiceError
-        NS5010 if ngspice reports a failure, or stopped before the end in silence.
+        NS5010 if ngspice reports a failure, or stopped silently before the end.
     """
     found = raw.vectors()
     analysis = translation.analysis

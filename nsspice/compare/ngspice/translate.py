@@ -174,7 +174,7 @@ def _measure(
     elements: Mapping[str, Element],
     names: Sequence[str],
 ) -> None:
-    """Find the elements whose current is needed and that do not tell it themselves."""
+    """Find the elements whose current is needed and that do not provide it themselves."""
     own = {d.name for d in circuit.devices if is_voltage_source(elements[d.name], d)}
     wanted: set[str] = set()
     for element in elements.values():

@@ -155,7 +155,7 @@ def difference(
 def _floored(
     one: SignalDistance, everything: Sequence[SignalDistance], options: Options
 ) -> SignalDistance:
-    """Return a distance whose range is neither tiny beside the others of its unit nor noise."""
+    """Return a distance whose range is neither tiny next to the others of its unit nor noise."""
     largest = max(d.span for d in everything if unit(d.signal) == unit(one.signal))
     noise = options.vntol if unit(one.signal) == "V" else options.abstol
     span = max(one.span, _SMALL * largest, noise / _SMALL)

@@ -93,12 +93,12 @@ def _lengths(
     0.999999999
     """
     if width > 0.0:
-        # a ramp begins where the edge stands, and is taken from the level behind it
+        # a ramp begins at the edge, and is taken from the level behind it
         edge = min(edge, 1e-3 * width)
         width -= edge if rise == 0.0 else 0.0
     else:
         # ngspice takes a width of zero for one up to the end: what the top lasts is taken from the
-        # ramps beside it, or the period would be too short for both
+        # ramps next to it, or the period would be too short for both
         width = edge = min(edge, *(1e-3 * span for span in (rise, fall, period) if span > 0.0))
         if rise > 0.0 and fall > 0.0:
             rise, fall = rise - 0.5 * edge, fall - 0.5 * edge

@@ -2,7 +2,7 @@
 
 Without a model, or with ``D(ideal)``, the diode is ideal: no drop, no resistance, no leakage.  With
 ``Vfwd`` and ``Vrev`` it is the practical (Zener) diode; ``Ron``, ``Rrev`` and ``Roff`` tilt the
-pieces of its curve.  On the conducting piece the slope is exactly ``Ron``; the corner stands at
+pieces of its curve.  On the conducting piece the slope is exactly ``Ron``; the corner is at
 ``Vfwd``.  ``V={expr(i)}`` adds a smooth drop in series, on the model card or on the element line.
 A model card without set-valued parameters is SPICE's smooth junction.
 """
@@ -86,7 +86,7 @@ IDEAL = DiodeLaw()
 class Diode(LegDevice):
     """A set-valued diode: an off-conductance in parallel with one or two pairs.
 
-    With ``V={expr(i)}`` a smooth drop stands in series with them.
+    With ``V={expr(i)}`` a smooth drop is in series with them.
     """
 
     INSTANCE = Table(

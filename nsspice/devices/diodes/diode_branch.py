@@ -58,7 +58,7 @@ class Body(Protocol):
         """Return the current from a to b as an output."""
 
     def charge(self, layout: Layout, name: str, a: str, b: str, v: float) -> tuple[str, str, float]:
-        """Return the charge [A s] at a voltage and the nodes between which it stands."""
+        """Return the charge [A s] at a voltage and the nodes between which it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +192,7 @@ class JunctionBody:
         )
 
     def charge(self, layout: Layout, name: str, a: str, b: str, v: float) -> tuple[str, str, float]:
-        """Return the charge [A s] at a voltage and the nodes between which it stands."""
+        """Return the charge [A s] at a voltage and the nodes between which it is."""
         junction = self.law.at(layout.conditions, self.temp, self.dtemp)
         inner = f"{name}#internal" if self.law.rs else a
         return inner, b, self.parallel * junction.charge(v)
@@ -256,7 +256,7 @@ class Leg:
         stamper.F.add(branch, stamper.function(register), 1.0)
 
     def charge(self, layout: Layout, name: str, a: str, b: str, v: float) -> tuple[str, str, float]:
-        """Return the charge [A s] at a voltage and the nodes between which it stands."""
+        """Return the charge [A s] at a voltage and the nodes between which it is."""
         return self.body.charge(layout, name, a if self.drop is None else f"{name}#drop", b, v)
 
     def current(self, layout: Layout, name: str, a: str, b: str) -> Functional:

@@ -93,7 +93,7 @@ def split(node: Node, name: str) -> tuple[Node, list[Comparator]]:
     try:
         return reader.replace(node), [c for c in reader.found if isinstance(c, Comparator)]
     except TooLarge:
-        return node, []  # deep already: evaluated as it stands
+        return node, []  # deep already: evaluated as it is
 
 
 class Reader:

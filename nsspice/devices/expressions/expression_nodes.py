@@ -50,7 +50,7 @@ def complete(layout: Layout, z: npt.NDArray[np.float64]) -> None:
     ----------
     layout : Layout
     z : ndarray, shape (n,)
-        Unknowns; currents count as they stand there, those that are none as zero.
+        Unknowns; currents count as they are there, those that are none as zero.
     """
     for node in layout.inner:
         z[layout.nodes[_name(node)]] = asked(layout, node, z)
@@ -173,7 +173,7 @@ class InnerNodes:
         comparator: Comparator,
         parallel: float = 1.0,
     ) -> None:
-        """Write the control of a comparator whose pair stands elsewhere."""
+        """Write the control of a comparator whose pair is elsewhere."""
         self._switch(_Writer(stamper, sources, self.element, parallel), pair, comparator)
 
     def _switch(self, writer: _Writer, pair: int, comparator: Comparator) -> None:

@@ -10,7 +10,7 @@ inside the element, whose voltage y follows a linear combination and is kept bet
     0 \le \lambda_1 \perp y - f(z) \ge 0, \qquad 0 \le \lambda_2 \perp c(z) - y \ge 0,
 
 so that ``max(a, b)`` is ``b`` with the floor ``a``, ``min`` the same with a ceiling, ``limit`` has
-both.  In each mode y is one of the combinations as it stands: nothing cancels, however far the
+both.  In each mode y is one of the combinations as it is: nothing cancels, however far the
 input has gone.  A choice between laws, ``if(v(c) > 0, v(a), v(b))``, is a comparator whose node has
 the voltage of one law or the other; so is the product of a signal with what is 0 or 1.
 

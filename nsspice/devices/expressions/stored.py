@@ -2,7 +2,7 @@
 
     i = d/dt Q(x),  x = va - vb            va - vb = d/dt Flux(x),  x = i
 
-``x`` may stand beside any other signal.  An expression that is a multiple of ``x`` makes a plain
+``x`` may appear with any other signal.  An expression that is a multiple of ``x`` makes a plain
 capacitor or inductor; any other one is a smooth law, whose charge or flux is a function on the tape
 of the system, so that it is kept in every step.
 """

@@ -11,7 +11,7 @@ in all regions and both directions: w+ vanishes in saturation, u+ as well below 
 The oxide's charges are states, so that no charge is lost in a cycle; J. E. Meyer's capacitances
 (RCA Review 32 (1971) 42-63), which SPICE integrates one by one, do not conserve it.  The gate has
 Meyer's charge, 2/3 Cox (u+^2 + u+ w+ + w+^2)/(u+ + w+), beginning softly half a phi below the
-threshold as in SPICE.  It stands opposite source and drain in shares that are Meyer's in
+threshold as in SPICE.  It is opposite to source and drain in shares that are Meyer's in
 saturation, all at the source, and for u = w, one half each.
 """
 

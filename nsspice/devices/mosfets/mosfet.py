@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SWITCHED = ("ideal", "ron", "roff", "vh", "body")
 VDMOS_TYPES = ("vdmos", "vdmosn", "vdmosp")
 _TYPES = ("nmos", "pmos", *VDMOS_TYPES)
-#: what users of other models are told
+#: what users of other models are advised
 _OTHER = (
     "LEVEL=1 and 3, VDMOS and the switch are simulated, and LEVEL=2 with GAMMA, DELTA, VMAX, NFS "
     "zero; or add the word switch to the card"

@@ -114,6 +114,6 @@ class Capacitor(Passive):
         return Functional(dz=layout.voltage(*self.ends, self.capacitance(layout)))
 
     def charged(self, layout: Layout, charge: float) -> tuple[tuple[int, float], ...]:
-        """Return where a charge [C] stands among those of the unknowns."""
+        """Return where a charge [C] is among those of the unknowns."""
         ends = (self._inner, "0") if self.late else self.ends
         return layout.voltage(*ends, charge)

@@ -45,7 +45,7 @@ def read_given(
 ) -> tuple[dict[str, float], dict[str, float]] | None:
     """Return the parameters of an R, L or C line and of its card, or None after reporting.
 
-    Temperature coefficients of the card stand among those of the line, which go first.
+    Temperature coefficients of the card are among those of the line, which go first.
     """
     findings = context.findings
     check_flags(law, element, findings)

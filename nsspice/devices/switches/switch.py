@@ -140,7 +140,7 @@ class _Switch(Device):
             stamper.layout.pairs[self.name] = (pair,)
 
     def _stamp_control(self, stamper: Stamper, control: tuple[tuple[int, float], ...]) -> None:
-        """Tell the system what opens and closes the pair."""
+        """Set in the system what opens and closes the pair."""
         law = self.law
         if law.has_pair:
             pair = stamper.layout.pairs[self.name][0]

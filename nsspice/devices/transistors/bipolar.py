@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _OHMIC = ("rc", "rb", "re")
 _LABELS = ("collector", "base", "emitter")
-#: currents and charges of an NPN transistor with the ends between which they stand
+#: currents and charges of an NPN transistor with the ends between which they are
 _FLOWS = (
     ("transport", "c", "e"),
     ("base-emitter", "b", "e"),
@@ -125,7 +125,7 @@ class Bipolar(Transistor):
         return c, b, e
 
     def _flows(self) -> Iterator[tuple[str, str, str]]:
-        """Yield currents and charges with the ends between which they stand, see ``_nodes``."""
+        """Yield currents and charges with the ends between which they are, see ``_nodes``."""
         for name, a, k in _FLOWS:
             yield (name, a, k) if self.npn else (name, k, a)
         inner = "b" if self.lateral else "c"

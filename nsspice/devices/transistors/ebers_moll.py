@@ -1,8 +1,8 @@
 """The Ebers-Moll transistor with junctions of any diode law.
 
-Two diodes stand back to back, and each carries along a share of the other's current (J. J. Ebers,
-J. L. Moll, Proc. IRE 42 (1954) 1761-1772).  For a PNP transistor, with the diode currents ``I``
-from emitter and ``I'`` from collector to base,
+Two diodes are connected back to back, and each carries along a share of the other's current (J. J.
+Ebers, J. L. Moll, Proc. IRE 42 (1954) 1761-1772).  For a PNP transistor, with the diode currents
+``I`` from emitter and ``I'`` from collector to base,
 
     i_E = I - alphaI I',    i_C = I' - alphaN I
 

@@ -44,12 +44,12 @@ class Context:
         self.reader = reader
         self.findings = reader.findings
         self.scope = scope
-        self.here = scope  # scope of the card being read: .ic may stand in a subcircuit
+        self.here = scope  # scope of the card being read: .ic may be in a subcircuit
         self.nodes: set[str] = set()
         self._expander = expander
 
     def index(self) -> None:
-        """Collect the node names once all elements stand."""
+        """Collect the node names once all elements are known."""
         self.nodes.add("0")
         for element in self.deck.elements:
             self.nodes.update(element.nodes)

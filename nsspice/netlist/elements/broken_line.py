@@ -67,7 +67,7 @@ def points_of(terminals: Terminals, arguments: list[Item]) -> Points:
 
 
 def _next(arguments: list[Item], at: int) -> int:
-    """Return where the next word of a repetition stands, or the end."""
+    """Return the position of the next word of a repetition, or the end."""
     for k in range(at, len(arguments)):
         if arguments[k].kind == "word" and arguments[k].text in _WORDS:
             return k

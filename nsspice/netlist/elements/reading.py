@@ -109,7 +109,7 @@ class Reader:
             # what ends in a digit, without a letter but e, has no suffix and no trap
             if item.kind == "word" and _PLAIN.fullmatch(text):
                 number = float(text)
-            # infinite numbers are told by the way that names them
+            # infinite numbers are reported where they are named
             found.append(number if math.isfinite(number) else self.value(line, item, what))
         return found
 

@@ -35,7 +35,7 @@ def diode(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals = Terminals(reader, line, items)
     terminals.take_nodes(2)
     words = [item.text for item in items[3:5] if item.kind == "word"]
-    # a gate stands before the model if two names follow
+    # a gate comes before the model if two names follow
     if len(words) == 2 and words[1] != "off" and not _FACTOR.fullmatch(words[1]):
         terminals.take_nodes(1)
     result = terminals.template()
@@ -57,7 +57,7 @@ def transistor(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.take_nodes(3)
     following = terminals.peek()
     words = [item for item in items[4:] if item.kind == "word"]
-    # a fourth node stands before the model if two names follow, or a number that cannot be one
+    # a fourth node comes before the model if two names follow, or a number that cannot be one
     second = words[1].text if len(words) > 1 else ""
     named = bool(second) and second != "off" and not _FACTOR.fullmatch(second)
     if following is not None and words and (named or bracketed):
@@ -78,7 +78,7 @@ def mosfet(reader: Reader, line: Line, items: list[Item]) -> Template:
     terminals.extend_pairs("ic", "icvgs")
     terminals.extend_pairs("icvgs", "icvbs")
     ahead = [item for item in terminals.ahead() if item.text not in ("off", "thermal")]
-    # the body stands before the model if two names follow
+    # the body comes before the model if two names follow
     if len(ahead) > 1:
         terminals.take_nodes(1)
     result = terminals.template()

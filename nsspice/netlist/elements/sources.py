@@ -40,7 +40,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         kind = _SPELLINGS.get(word, word)
         if kind == "dc":
             if terminals.peek() is None or _next_is(terminals, {"ac", *KINDS, *_SPELLINGS}):
-                continue  # V1 a 0 DC PULSE(0 1): the waveform tells the value at DC, too
+                continue  # V1 a 0 DC PULSE(0 1): the waveform also gives the value at DC
             value.dc = _number(terminals, terminals.next(), "the DC value")
         elif kind == "ac":
             magnitude = _optional(terminals)
@@ -164,7 +164,7 @@ def _arguments(terminals: Terminals) -> list[Item]:
 
 
 def _decimal_commas(terminals: Terminals, arguments: list[Item]) -> None:
-    """Warn where a comma stands between digits while blanks separate the other arguments."""
+    """Warn where a comma is between digits while blanks separate the other arguments."""
     line = terminals.line
     if "," not in line.text:
         return

@@ -1,4 +1,4 @@
-"""What stands on one element line, before parameters and node names of an instance are put in."""
+"""The content of one element line, before parameters and node names of an instance are put in."""
 
 from __future__ import annotations
 

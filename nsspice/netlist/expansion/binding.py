@@ -163,7 +163,7 @@ def names(node: Node) -> list[str]:
 
 
 def _place(word: str, formula: Formula) -> Span:
-    """Return where a name stands in an expression."""
+    """Return where a name is in an expression."""
     pattern = re.compile(rf"(?<![\w.]){re.escape(word)}(?![\w.])")
     found = pattern.search(formula.line.text, formula.start, formula.end)
     return formula.line.span(*found.span()) if found else formula.span

@@ -58,7 +58,7 @@ class Body:
     cards: list[tuple[str, Line]] = field(default_factory=list)
 
 
-#: a lone = in a condition, with a blank beside it that makes room for a second one
+#: a lone = in a condition, with a blank next to it that makes room for a second one
 _LONE_EQUAL = re.compile(r"(?<![=<>!])(?: =|= |=)(?!=)")
 
 

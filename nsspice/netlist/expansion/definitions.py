@@ -117,7 +117,7 @@ def _closed_once(reader: Reader, line: Line) -> Line:
         message, hint = "a surplus closing parenthesis is ignored", "remove it"
     while surplus > 0 and raw.endswith(")"):
         raw, surplus = raw[:-1].rstrip(), surplus - 1
-    if surplus > 0:  # it stands elsewhere
+    if surplus > 0:  # it is elsewhere
         return line
     raw += ")" * -surplus
     reader.findings.warning("NS1003", message, where, hint)

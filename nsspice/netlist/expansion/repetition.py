@@ -95,7 +95,7 @@ def written_out(
 def _add(
     points: list[float], values: Sequence[float], marked: set[int], first: int, last: int
 ) -> None:
-    """Append points that stand outside of repeated parts."""
+    """Append points outside repeated parts."""
     for k in range(first, last, 2):
         before = points[-2] if k in marked and points else 0.0
         points += (before + values[k], values[k + 1])

@@ -103,7 +103,7 @@ class Scope:
         self._globals.update(names)
 
     def child(self, home: Scope, name: str, nodes: dict[str, str]) -> Scope:
-        """Return the scope of an instance of a definition that stands in ``home``."""
+        """Return the scope of an instance of a definition that is in ``home``."""
         return Scope(home, f"{self.prefix}{name}.", nodes, self._globals)
 
     def subcircuit(self, name: str) -> tuple[Subcircuit, Scope] | None:

@@ -31,7 +31,7 @@ class Expression:
     node : Node
         The tree; ``nsspice.netlist.expressions.node`` lists its operations.
     span : Span or None
-        Where it stands in the netlist.
+        Where it is in the netlist.
     source : str
         As the user wrote it; empty for derived expressions.
     """
@@ -137,7 +137,7 @@ class Expression:
         >>> Expression.parse("max(v(a), 1)").evaluate({"v(a)": np.array([0.0, 2.0])})
         array([1., 2.])
         """
-        # only its own: results of a thousand measures may stand beside them
+        # only its own: results of a thousand measures may be there as well
         own = (values[name] for name in self.variables() if name in values)
         if any(getattr(value, "ndim", 0) for value in own):
             return _evaluate.array(self.node, values)

@@ -217,7 +217,7 @@ def unknown_function(function: str, known: list[str], where: Span | None) -> Unr
 
 
 def free_expression(text: str, span: Span | None) -> Node:
-    """Return an expression that stands outside of any deck: signals and constants only."""
+    """Return an expression outside any deck: signals and constants only."""
     tree = parse(text, lambda start, end: span, lambda message, hint, where: None)
 
     def look_up(leaf: Node) -> Node:

@@ -159,7 +159,7 @@ class FileReader:
             return
         name, start = words[0]
         catalogue = library and _CATALOGUE.search(line.raw, start)
-        if catalogue:  # the path stands without quotes, whatever blanks it has
+        if catalogue:  # the path has no quotes, even with blanks
             name, words = catalogue.group(), words[:1]
         where = line.span(start, start + len(name))
         path = directory / Path(name).expanduser() if name[:1] == "~" else directory / name

@@ -1,7 +1,7 @@
 """Logical lines: physical lines joined at ``+``, without comments, each character traceable.
 
 ``*`` in the first column starts a comment line; ``;`` anywhere, a blank and ``$``, and ``//`` start
-a comment to the end of the line (not inside double quotes, where file names stand).
+a comment to the end of the line (not inside double quotes, which contain file names).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Line:
     number : int
         Number of the first physical line, from 1.
     source : str
-        The first physical line as it stands in the file.
+        The first physical line as it is in the file.
     plain : bool
         Set when the line was found to be nothing but words.
     pieces : list of (int, int, int, str) or None

@@ -127,7 +127,7 @@ class Shapes:
             return None
 
     def keep(self) -> None:
-        """Let later runs have the shapes that came anew."""
+        """Let later runs have the shapes that are new."""
         if self._changed and self._pattern is not None:
             self._changed = False
             newest = list(self._programs)[-_MAX_KEPT:]  # shapes of this run before older ones

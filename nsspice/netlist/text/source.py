@@ -10,7 +10,7 @@ MAX_BYTES = 512 * 1024 * 1024
 
 
 def decode(data: bytes) -> str:
-    """Return the text of a netlist file, whatever program wrote it.
+    """Return the text of a netlist file, written by any program.
 
     UTF-8 is tried first, then Latin-1; LTspice writes UTF-16 with or without a byte-order mark.
 

@@ -40,7 +40,7 @@ class Item(NamedTuple):
         Lower case: the word, the expression without braces, the name of a call, the key of a pair
         (when the key is a word).
     start, end : int
-        Where it stands in the line, braces and parentheses included.
+        Where it is in the line, braces and parentheses included.
     items : tuple of Item
         Content of a group or call; a pair holds its two sides.
     """
@@ -58,7 +58,7 @@ def items(line: Line) -> list[Item]:
     Raises
     ------
     Unreadable
-        If parentheses or quotes do not match, or ``=`` stands without a key or a value.
+        If parentheses or quotes do not match, or ``=`` is without a key or a value.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def items(line: Line) -> list[Item]:
 def _without_runs(text: str, shape: str, spans: Spans) -> tuple[str, str, Spans, dict[int, Spans]]:
     """Return a long line without the middle of long runs of words, and what was left out.
 
-    Words in a row stand side by side wherever they are: the parser learns nothing from more of
+    Words in a row are side by side wherever they are: the parser learns nothing from more of
     them.  They are blank in the text, so that all other places stay what they are.
 
     Returns

@@ -47,7 +47,7 @@ def build(lines: Iterable[Line], findings: Findings) -> Block:
     """
     top = Block()
     current = top
-    stack: list[tuple[Definition | Conditional, Block]] = []  # what is open, and where it stands
+    stack: list[tuple[Definition | Conditional, Block]] = []  # what is open, and where it is
     too_deep = 0
     for line in lines:
         card = card_of(line) if line.text.lstrip()[:1] == "." else ""

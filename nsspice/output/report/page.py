@@ -75,7 +75,7 @@ def write_report(circuit: Circuit, solutions: Sequence[Solution], path: str | Pa
 
 
 def embedded(data: object) -> str:
-    r"""Return JSON that cannot end the script element it stands in.
+    r"""Return JSON that cannot end the script element it is in.
 
     Examples
     --------

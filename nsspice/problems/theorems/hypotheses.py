@@ -205,7 +205,7 @@ def monotone_in_u(problem: StandardDVI) -> Verdict:
 
 
 def _by_parts(problem: StandardDVI, claim: str, *, strongly: bool) -> Verdict:
-    """Judge monotonicity of g in u, where need be on parts of the box one by one.
+    """Judge monotonicity of g in u, where necessary on parts of the box one by one.
 
     A form that is positive on each part is so on all: an integral along a line adds up.
     """

@@ -2,7 +2,7 @@ r"""Regularity at a solution of a generalized equation: Theorem 2.2.6 and append
 
 A system ``K z + A lam = p``, ``w = q - B z + D lam`` with pairs ``0 <= lam perp w >= 0`` is
 linearised at a solution; each pair lies on the graph of complementarity, an angle of two half
-lines.  Where a pair stands at the vertex (lam = w = 0) the graph has
+lines.  Where a pair is at the vertex (lam = w = 0) the graph has
 
 =============================  =============================================================
 tangent cone T                 both half lines

@@ -37,7 +37,7 @@ from ..verdict import Verdict
 ROWS = 400  #: unknowns of a system that is judged
 _PAIRS = 60  # pairs up to which linear programs are solved
 _SWITCHES = 8  # of which all states are looked at
-#: step at which steps are judged, relative to the shortest time constant that the entries tell
+#: step at which steps are judged, relative to the shortest time constant of the entries
 _SHORT = 1e-3
 
 
@@ -154,7 +154,7 @@ def _never_contradicted(M: Floats, reach: Floats, q: Floats) -> bool:
 
 
 def _shortest(E: Floats, G: Floats) -> float:
-    """Return the smallest ratio of a store to what conducts beside it [s]; 1 without any."""
+    """Return the smallest ratio of a store to what conducts next to it [s]; 1 without any."""
     stores = np.abs(np.diag(E))
     beside = np.max(np.abs(G), axis=1, initial=0.0)
     kept = (stores > 0.0) & (beside > 0.0)

@@ -1,4 +1,4 @@
-"""Which of several solutions a run begins with: ``.nodeset``, ``.ic``, and when neither can choose.
+"""Which of several solutions a run starts with: ``.nodeset``, ``.ic``, and when neither can choose.
 
 The law |u + x| - |u - x| - u = 0 has the solutions 2 x, 0 and -2 x for x > 0.
 """
@@ -77,5 +77,5 @@ def test_the_voltage_named_is_that_of_the_first_instant(method: str) -> None:
     text = "no storage at b\nV1 a 0 PWL(0 1 1 3)\nR1 a b 2k\nR2 b 0 1k\nC1 a 0 1u\n.ic v(b)={}\n"
     run = nsspice.read(text.format(7) + ".tran 0.1 1 uic\n").run(method=method)[0]
     (said,) = [w.message for w in run.warnings if w.code == "NS3054"]
-    assert "begins with 0.333333 V" in said
+    assert "starts with 0.333333 V" in said
     assert not told(text.format(1 / 3) + ".tran 0.1 1 uic\n")

@@ -72,7 +72,7 @@ def test_vectors_meet_numpy_and_scipy():
 @pytest.mark.parametrize(
     ("action", "code", "words"),
     [
-        (lambda: DVI({states("x"): states("v")}, start={states("x"): 0}), "NS6001", "v stands in"),
+        (lambda: DVI({states("x"): states("v")}, start={states("x"): 0}), "NS6001", "v appears in"),
         (lambda: DVI({states("x"): 1.0}, start={}), "NS6001", "x has no initial value"),
         (lambda: unknowns("Q"), "NS6001", "capital"),
         (lambda: unknowns("t"), "NS6001", "time"),
