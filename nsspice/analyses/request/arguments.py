@@ -37,7 +37,7 @@ def name_of(value: object, what: str, example: str) -> str:
     Traceback (most recent call last):
     ...
     nsspice.errors.UsageError: error NS4005: a signal cannot be 3
-      hint: write its name, such as v(out)
+      hint: give its name, such as v(out)
     """
     if isinstance(value, str):
         return value.strip()
