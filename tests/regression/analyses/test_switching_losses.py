@@ -270,9 +270,9 @@ def test_a_table_read_beyond_its_grid_is_told() -> None:
     [
         ("Eon=table(i=0 10 e=0 1m 2m)", "3 energies e for 2 points"),
         ("Eon=table(i=10 0 e=0 1m)", "must increase"),
-        ("Eon=table(i=-1 1 e=0 1m)", "sizes"),
+        ("Eon=table(i=-1 1 e=0 1m)", "0 or more"),
         ("Eon=table(u=0 1 e=0 1m)", "no axis u"),
-        ("Eon=table(i=0 1 e=0 -1m)", "not negative"),
+        ("Eon=table(i=0 1 e=0 -1m)", "not be negative"),
         ("Eon=table(0 1)", "named lists"),
         ("Eon=table(i=0 1 i=0 2 e=0 1)", "twice"),
         ("Foster=table(r=1 2 tau=1m)", "as many positive values"),
