@@ -10,6 +10,7 @@ from __future__ import annotations
 from .certificate.certificate import Certificate
 from .request.cards import Dc, Op, Tran
 from .request.load import read, read_deck
+from .request.request import Request
 from .request.settings import METHODS, Settings
 from .results.jumps import Impulse
 from .signals.events import Event
@@ -19,7 +20,7 @@ from .steady.loop_gain import loop
 from .steady.sensitivity import sens
 from .steady.small_signal import ac
 from .steady.steady_state import pss
-from .studies.batch import Job, Request, jobs_of, run, run_job
+from .studies.batch import Job, jobs_of, run, run_job
 from .transient.measure import evaluate_measures
 from .transient.transient import tran
 

@@ -141,7 +141,7 @@ def command(
     netlist, report = _sort_out(netlist, report, _PAGES)
     if netlist is None:
         raise click.UsageError("name a netlist: nsspice run FILE")
-    from ..analyses.studies.batch import Request
+    from ..analyses.request.request import Request
 
     request = Request(
         method,

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from ..analyses.studies.batch import Request, jobs_of, run_job
+from ..analyses.request.request import Request
+from ..analyses.studies.batch import jobs_of, run_job
 from ..circuit import build
 from ..errors import NsspiceError
 from ..netlist.deck import Deck

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..analyses.request.request import Neighbour, Request
 from ..analyses.results.loop_report import LoopReport
 from ..analyses.results.loss_table import LossTable
 from ..analyses.solution.refusal import failure_of
 from ..analyses.solution.solution import Solution
-from ..analyses.steady.steady_state import Neighbour
-from ..analyses.studies.batch import Request, jobs_of, run_job
+from ..analyses.studies.batch import jobs_of, run_job
 from ..circuit import Circuit, build
 from ..errors import NsspiceError
 from ..netlist.deck import Sweep

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from nsspice.analyses.request.cards import Tran
+from nsspice.analyses.request.request import Request
 from nsspice.analyses.request.settings import Settings
 from nsspice.analyses.transient.transient import run_tran
 from nsspice.compare.cost import CostReport, Measurement
@@ -66,9 +67,8 @@ def _exact(problem: Problem) -> Any:
     given = problem.analysis
     rows = Tran(given.stop, given.stop / ROWS, 0.0, given.max_step, given.uic)
     try:
-        return run_tran(
-            problem.circuit, rows, Settings("modewise"), signals=problem.signals, all_points=True
-        )
+        request = Request(signals=problem.signals, all_points=True)
+        return run_tran(problem.circuit, rows, Settings("modewise"), request)
     except NsspiceError:
         return None
 

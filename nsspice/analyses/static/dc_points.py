@@ -20,6 +20,7 @@ from ..certificate.followed_path import of_linearised
 from ..certificate.island_check import Examiner, sampling
 from ..certificate.regularity import Judge, SolutionVerdict
 from ..request.path_following import PATH_METHODS, Following
+from ..request.request import Request
 from ..signals.curve import Floats
 from ..solution.solution import IslandRun
 from .dc_start import start_dc, without_storage
@@ -54,8 +55,7 @@ class PointsOfIsland:
         island: Island,
         names: Sequence[str],
         swept: Mapping[str, Floats],
-        temperature: float | None,
-        values: Mapping[str, float],
+        request: Request,
         following: Following | None = None,
     ) -> None:
         self.following = following
@@ -65,7 +65,7 @@ class PointsOfIsland:
         self.others = {
             n: v for n, v in swept.items() if n == "temp" or mine.get(n, "") in tuple("rlc")
         }
-        self.temperature, self.values = temperature, dict(values)
+        self.temperature, self.values = request.temperature, request.values
         self.totals = Totals([], [])
 
     def blocks(self, count: int) -> Iterator[Floats]:

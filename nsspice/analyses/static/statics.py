@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,9 +18,9 @@ from ..request.cards import Dc
 from ..request.load import again, need_circuit
 from ..request.notebook_progress import Progress
 from ..request.path_following import Following
-from ..request.recorder import Recorder, select
+from ..request.recorder import Recorder
+from ..request.request import Request
 from ..request.row_sinks import Sink
-from ..request.settings import Settings
 from ..request.values import check_value, checked_values, valued
 from ..signals.curve import Floats
 from ..solution.default_signals import view_of
@@ -82,10 +82,21 @@ def op(
     """
     need_circuit(circuit)
     check_on_failure(on_failure)
-    given = checked_values(circuit, values)
-    solution = _solve(circuit, "op", (), signals, extra, temperature, given, None, sink)
+    request = Request(
+        signals=signals,
+        extra=extra,
+        temperature=temperature,
+        values=checked_values(circuit, values),
+        sink=sink,
+    )
+    solution = run_op(circuit, request)
     judge([solution], on_failure)
     return solution
+
+
+def run_op(circuit: Circuit, request: Request) -> Solution:
+    """Find the DC solution; see :func:`op`."""
+    return _solve(circuit, "op", (), request)
 
 
 def dc(
@@ -159,23 +170,26 @@ def dc(
     check_on_failure(on_failure)
     if analysis is None:
         analysis = _analysis(circuit, source, values)
-    for sweep in analysis.sweeps:
-        check_sweep(circuit, sweep)
-    following = Following.of(circuit.deck, Settings.of(circuit.deck, method).method)
-    solution = _solve(
-        circuit,
-        "dc",
-        analysis.sweeps,
-        signals,
-        extra,
-        temperature,
-        checked_values(circuit, overrides),
-        progress,
-        sink,
-        following,
+    request = Request(
+        method,
+        signals=signals,
+        extra=extra,
+        temperature=temperature,
+        values=checked_values(circuit, overrides),
+        progress=progress,
+        sink=sink,
     )
+    solution = run_dc(circuit, analysis, request)
     judge([solution], on_failure)
     return solution
+
+
+def run_dc(circuit: Circuit, analysis: Dc, request: Request) -> Solution:
+    """Find DC solutions over a sweep; see :func:`dc`."""
+    for sweep in analysis.sweeps:
+        check_sweep(circuit, sweep)
+    following = Following.of(circuit.deck, request.settings(circuit.deck).method)
+    return _solve(circuit, "dc", analysis.sweeps, request, following)
 
 
 def _analysis(circuit: Circuit, source: str | None, values: Sequence[float] | Floats | None) -> Dc:
@@ -217,17 +231,12 @@ def _solve(
     circuit: Circuit,
     kind: str,
     sweeps: Sequence[Sweep],
-    signals: Sequence[str] | None,
-    extra: Sequence[str],
-    temperature: float | None,
-    values: Mapping[str, float],
-    progress: Progress | None,
-    sink: Sink | None,
+    request: Request,
     following: Following | None = None,
 ) -> Solution:
     begin = clock.perf_counter()
-    columns = select(circuit, signals)
-    names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
+    columns, names = request.names(circuit)
+    progress, sink = request.progress, request.sink
     recorder = Recorder(circuit, names)
     grid = Dc(tuple(sweeps)).grid if sweeps else []
     count = grid[0].size if grid else 1
@@ -238,9 +247,7 @@ def _solve(
     interrupted = False
     for k, island in enumerate(circuit.islands):
         width = len(recorder.local[k])
-        job = PointsOfIsland(
-            circuit, island, recorder.local[k], swept, temperature, values, following
-        )
+        job = PointsOfIsland(circuit, island, recorder.local[k], swept, request, following)
         done = 0
         try:
             for block in job.blocks(count):
@@ -276,7 +283,7 @@ def _solve(
         warnings=[several_warning(part.several) for part in totals if part.several is not None],
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
-        view=None if signals or circuit.deck.saves else view_of(circuit, kind, columns),
+        view=None if request.signals or circuit.deck.saves else view_of(circuit, kind, columns),
     )
     if sink is not None and (rows or failure is None):
         heading, block = solution.table()
@@ -287,8 +294,8 @@ def _solve(
         failure.partial = solution
         raise failure
     if not interrupted:
-        conditions = (kind, tuple(sweeps), temperature, dict(values), following)
-        solution.more = SolvedAgain(circuit.deck, *conditions)
+        same = replace(request, extra=(), progress=None, sink=None)
+        solution.more = SolvedAgain(circuit.deck, kind, tuple(sweeps), same, following)
     return solution
 
 
@@ -304,25 +311,21 @@ class SolvedAgain:
     kind : str
         ``op`` or ``dc``.
     sweeps : tuple of Sweep
-    temperature : float or None
-        [degrees Celsius]
-    values : mapping of str to float
-        Values by element name that replace those of the deck.
+    request : Request
     following : Following or None
     parameters : mapping of str to float
-        The same by parameter name.
+        Values by parameter name that replace those of the deck.
     """
 
     deck: Deck
     kind: str
     sweeps: tuple[Sweep, ...]
-    temperature: float | None
-    values: Mapping[str, float]
+    request: Request
     following: Following | None
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def rows(self, names: Sequence[str]) -> Solution:
         """Return other signals at the same points."""
         circuit = again(self.deck, self.parameters)
-        conditions = (self.temperature, self.values, None, None, self.following)
-        return _solve(circuit, self.kind, self.sweeps, names, (), *conditions)
+        request = replace(self.request, signals=names)
+        return _solve(circuit, self.kind, self.sweeps, request, self.following)

@@ -26,6 +26,7 @@ from ...problems.descriptor import DescriptorSystem, Functional
 from ...solvers.moreau import MoreauStepper, function_slopes, function_values, source_slopes_of
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.failure import named_failure
+from ..request.request import Request
 from ..signals.curve import Floats
 from ..static.dc_start import start_dc, without_storage
 from ..static.initial import guess_of
@@ -164,8 +165,7 @@ def operating_point(
     circuit: Circuit,
     island: Island,
     stimuli: Mapping[str, complex],
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
+    request: Request,
 ) -> Point:
     """Return the DC solution of an island, and the equations about it.
 
@@ -174,7 +174,7 @@ def operating_point(
     NumericalError
         If there is none.
     """
-    mna = island.assemble(temperature, values or {}, analysis="dc")
+    mna = island.assemble(request.temperature, request.values, analysis="dc")
     system = mna.system
     stepper = MoreauStepper(system, ())
     try:

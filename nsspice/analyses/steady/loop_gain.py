@@ -28,7 +28,8 @@ from ...circuit import Circuit
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import LoopCard, PssCard
 from ..request.load import need_circuit
-from ..request.row_sinks import Sink, hand_over
+from ..request.request import Request
+from ..request.row_sinks import hand_over
 from ..request.values import checked_values
 from ..results.loop_report import Crossing, LoopReport
 from ..results.periodic import Periodic
@@ -37,7 +38,7 @@ from ..solution.solution import Solution, part_of
 from .linearised import Complexes, operating_point
 from .linearised import respond as respond_at_point
 from .orbit_response import responder
-from .steady_state import Neighbour, Pss, find_orbits, report
+from .steady_state import Pss, find_orbits, report
 from .stimuli import injection
 
 #: a crossing is located to this part of its frequency
@@ -108,23 +109,11 @@ def loop(
     """
     need_circuit(circuit)
     given = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
-    return run_loop(
-        circuit,
-        Loop(source.lower(), given),
-        temperature=temperature,
-        values=checked_values(circuit, values),
-    )
+    request = Request(temperature=temperature, values=checked_values(circuit, values))
+    return run_loop(circuit, Loop(source.lower(), given), request)
 
 
-def run_loop(
-    circuit: Circuit,
-    analysis: Loop,
-    *,
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    neighbour: Neighbour | None = None,
-    sink: Sink | None = None,
-) -> Solution:
+def run_loop(circuit: Circuit, analysis: Loop, request: Request) -> Solution:
     """Run one analysis of a loop gain; see :func:`loop`."""
     begin = clock.perf_counter()
     if analysis.source not in circuit.element_island:
@@ -136,7 +125,7 @@ def run_loop(
                 "name a 0 V source between two nodes of the loop",
             )
         )
-    gain, notes = _gain(circuit, analysis, temperature, values, neighbour)
+    gain, notes = _gain(circuit, analysis, request)
     t = gain(analysis.frequencies)
     solution = Solution(
         "loop",
@@ -148,16 +137,12 @@ def run_loop(
         loop=margins(analysis.frequencies, t, gain),
         wall_time=clock.perf_counter() - begin,
     )
-    hand_over(solution, sink)
+    hand_over(solution, request.sink)
     return solution
 
 
 def _gain(
-    circuit: Circuit,
-    analysis: Loop,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
-    neighbour: Neighbour | None,
+    circuit: Circuit, analysis: Loop, request: Request
 ) -> tuple[Callable[[Floats], Complexes], Periodic | None]:
     """Return the loop gain as a function of frequencies [Hz], and the report of the orbit."""
     home = circuit.element_island[analysis.source]
@@ -166,9 +151,8 @@ def _gain(
     stimuli = [analysis.source, injection(node)]
     card = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
     if card is None:
-        point = operating_point(
-            circuit, circuit.islands[home], dict.fromkeys(stimuli, 1.0), temperature, values
-        )
+        units = dict.fromkeys(stimuli, 1.0)
+        point = operating_point(circuit, circuit.islands[home], units, request)
         functionals = [point.stimulated.functional(point.mna, name) for name in names]
 
         def about_point(frequencies: Floats) -> Complexes:
@@ -181,7 +165,7 @@ def _gain(
 
         return about_point, None
     pss = Pss.from_card(card)
-    period, orbits = find_orbits(circuit, pss, temperature, values, neighbour)
+    period, orbits = find_orbits(circuit, pss, request)
     orbit = orbits[home]
     if orbit is None:
         raise UsageError(

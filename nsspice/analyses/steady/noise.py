@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from ...circuit import Circuit
 from ...devices.noise import Flicker
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import Element, NoiseCard, PssCard
-from ..request.row_sinks import Sink, hand_over
+from ..request.request import Request
+from ..request.row_sinks import hand_over
+from ..request.values import checked_values
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
+from ..solution.refusal import judge
 from ..solution.solution import Solution
-from ..static.statics import op
+from ..static.statics import run_op
 from .adjoint import adjoint
 from .linearised import Complexes, Point, operating_point
 
@@ -94,17 +97,12 @@ def noise(
     4.0714
     """
     asked = Noise(canonical(output), source.lower(), np.asarray(frequencies, dtype=np.float64))
-    return run_noise(circuit, asked, temperature=temperature, values=values)
+    return run_noise(
+        circuit, asked, Request(temperature=temperature, values=checked_values(circuit, values))
+    )
 
 
-def run_noise(
-    circuit: Circuit,
-    analysis: Noise,
-    *,
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    sink: Sink | None = None,
-) -> Solution:
+def run_noise(circuit: Circuit, analysis: Noise, request: Request) -> Solution:
     """Run one analysis of noise; see :func:`noise`."""
     begin = clock.perf_counter()
     _check(circuit, analysis)
@@ -116,7 +114,7 @@ def run_noise(
     silent = {e.name for e in circuit.deck.elements if _silent(e)}
     for home in dict.fromkeys(h for h, _, _ in parts):
         island = circuit.islands[home]
-        point = operating_point(circuit, island, {analysis.source: 1.0}, temperature, values)
+        point = operating_point(circuit, island, {analysis.source: 1.0}, request)
         layout = point.mna.layout
         y = np.zeros((s.size, point.system.n + len(point.active)), complex)
         for h, part, factor in parts:
@@ -129,7 +127,8 @@ def run_noise(
         flickers = {d.name: Flicker.of(elements.get(d.name)) for d in noisy}
         found = [(d.name, n) for d in noisy for n in d.noise(layout, flickers[d.name])]
         signals = sorted({n.signal for _, n in found if n.signal})
-        bias = op(circuit, signals=signals, temperature=temperature, values=values)
+        bias = run_op(circuit, replace(request, signals=signals, extra=(), sink=None))
+        judge([bias], "raise")
         for name, one in found:
             size = one.density * np.ones(s.size)
             if one.signal:
@@ -161,7 +160,7 @@ def run_noise(
     )
     solution.measures["onoise_total"] = math.sqrt(integral(analysis.frequencies, total))
     solution.measures["inoise_total"] = math.sqrt(integral(analysis.frequencies, back))
-    hand_over(solution, sink)
+    hand_over(solution, request.sink)
     return solution
 
 

@@ -18,12 +18,13 @@ from ...netlist.deck import PssCard
 from ...problems.descriptor import DescriptorSystem, Functional
 from ...solvers.orbit import NoDerivative, PeriodMap
 from ...solvers.step_maps import Stimuli
+from ..request.request import Request
 from ..results.periodic import Periodic
 from ..signals.curve import Floats
 from .linearised import Complexes, unbounded
 from .small_signal import Ac
 from .steady_failure import no_derivative
-from .steady_state import Neighbour, Orbit, Pss, find_orbits, report, static_orbit
+from .steady_state import Orbit, Pss, find_orbits, report, static_orbit
 from .stepped_response import SteppedResponse
 from .stimuli import Stimulated, stimulated
 
@@ -38,13 +39,11 @@ def about_orbit(
     weights: Mapping[str, complex],
     card: PssCard | None,
     period: float | None,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
-    neighbour: Neighbour | None,
+    request: Request,
 ) -> tuple[dict[str, Complexes], list[Diagnostic], Periodic]:
     """Return responses by signal (sidebands as ``v(a)@1``), warnings, and the orbit's report."""
     pss = Pss.from_card(card) if card is not None and period is None else Pss(period)
-    period, orbits = find_orbits(circuit, pss, temperature, values, neighbour)
+    period, orbits = find_orbits(circuit, pss, request)
     multiples = np.arange(-analysis.sidebands, analysis.sidebands + 1, dtype=np.float64)
     multiples = multiples[np.argsort(np.abs(multiples), kind="stable")]
     parts = {name: circuit.parts(name) for name in names}
@@ -58,7 +57,7 @@ def about_orbit(
         if not local:
             continue
         if orbit is None:
-            orbit = static_orbit(circuit, home, pss, period, temperature, values)
+            orbit = static_orbit(circuit, home, pss, period, request)
         respond = responder(orbit, local, weights, pss)
         factors = np.array([weights[name] for name in respond.stimuli])
         responses = respond(analysis.frequencies, multiples) @ factors

@@ -25,6 +25,7 @@ from ...problems.descriptor import Functional
 from ...solvers.orbit import NoDerivative
 from ...solvers.step_maps import Stimuli
 from ..request.load import need_circuit
+from ..request.request import Request
 from ..request.values import checked_values
 from ..results.sensitivity import Sensitivity
 from ..signals.curve import Floats
@@ -130,8 +131,8 @@ def sens(
         )
     keys = [canonical(name) for name in signals]
     parts = {key: circuit.parts(key) for key in keys}
-    given = checked_values(circuit, values)
-    _, orbits = find_orbits(circuit, analysis, temperature, given)
+    request = Request(temperature=temperature, values=checked_values(circuit, values))
+    _, orbits = find_orbits(circuit, analysis, request)
     wanted = None if elements is None else [name.lower() for name in elements]
     found: dict[tuple[str, str], Sensitivity] = {}
     known: set[str] = set()
@@ -255,12 +256,7 @@ def _by_steps(
     return table, response.finest.means()
 
 
-def add_sensitivities(
-    circuit: Circuit,
-    solution: Solution,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
-) -> None:
+def add_sensitivities(circuit: Circuit, solution: Solution, request: Request) -> None:
     """Compute what ``.sens`` cards ask for, of an orbit or the operating point; else a warning."""
     from .transfer import op_sensitivities
 
@@ -273,8 +269,8 @@ def add_sensitivities(
                 circuit,
                 card.signals,
                 card.elements or None,
-                temperature=temperature,
-                values=values,
+                temperature=request.temperature,
+                values=request.values,
             )
         except NsspiceError as problem:
             found = problem.diagnostics[0]

@@ -12,13 +12,12 @@ from ...circuit import Circuit
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import AcCard, PssCard
 from ..request.load import need_circuit
-from ..request.recorder import select
-from ..request.row_sinks import Sink, hand_over
+from ..request.request import Request
+from ..request.row_sinks import hand_over
 from ..request.values import checked_values
 from ..signals.curve import Floats
 from ..solution.solution import Solution
 from .linearised import Complexes, operating_point, respond
-from .steady_state import Neighbour
 from .stimuli import ac_values
 
 
@@ -110,42 +109,29 @@ def ac(
                 hint="pass frequencies, or add .ac dec 10 1 1meg to the deck",
             )
         )
-    return run_ac(
-        circuit,
-        analysis,
-        signals=signals,
-        temperature=temperature,
-        values=checked_values(circuit, values),
-        period=period,
-    )
+    given = checked_values(circuit, values)
+    request = Request(signals=signals, temperature=temperature, values=given)
+    return run_ac(circuit, analysis, request, period)
 
 
 def run_ac(
-    circuit: Circuit,
-    analysis: Ac,
-    *,
-    signals: Sequence[str] | None = None,
-    extra: Sequence[str] = (),
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    sink: Sink | None = None,
-    period: float | None = None,
-    neighbour: Neighbour | None = None,
+    circuit: Circuit, analysis: Ac, request: Request, period: float | None = None
 ) -> Solution:
     """Run one analysis of small signals; see :func:`ac`."""
     begin = clock.perf_counter()
     weights = ac_values(circuit)
-    columns = [n for n in select(circuit, signals) if not n.startswith("p(")]
-    names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
+    columns, names = request.names(circuit)
+    powers = {n for n in columns if n.startswith("p(")}
+    columns, names = ([n for n in part if n not in powers] for part in (columns, names))
     periodic = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
     if periodic is not None or period is not None:
         from .orbit_response import about_orbit
 
         found, warnings, notes = about_orbit(
-            circuit, analysis, names, weights, periodic, period, temperature, values, neighbour
+            circuit, analysis, names, weights, periodic, period, request
         )
     else:
-        found, warnings = _about_point(circuit, analysis, names, weights, temperature, values)
+        found, warnings = _about_point(circuit, analysis, names, weights, request)
         notes = None
     if not weights:
         warnings = [*warnings, _no_stimulus(analysis)]
@@ -164,7 +150,7 @@ def run_ac(
         periodic=notes,
         wall_time=clock.perf_counter() - begin,
     )
-    hand_over(solution, sink)
+    hand_over(solution, request.sink)
     return solution
 
 
@@ -173,8 +159,7 @@ def _about_point(
     analysis: Ac,
     names: Sequence[str],
     weights: Mapping[str, complex],
-    temperature: float | None,
-    values: Mapping[str, float] | None,
+    request: Request,
 ) -> tuple[dict[str, Complexes], list[Diagnostic]]:
     s: Complexes = (2j * np.pi * analysis.frequencies).astype(np.complex128)
     parts = {name: circuit.parts(name) for name in names}
@@ -184,7 +169,7 @@ def _about_point(
         if not any(device.name in weights for device in island.devices):
             continue
         local = dict.fromkeys(n for terms in parts.values() for h, n, _ in terms if h == home)
-        point = operating_point(circuit, island, weights, temperature, values)
+        point = operating_point(circuit, island, weights, request)
         corners += point.corners
         functionals = [point.stimulated.functional(point.mna, name) for name in local]
         responses = dict(zip(local, respond(point, functionals, s, weights).T, strict=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 from ...circuit import Circuit, Island, MnaSystem
 from ...errors import Diagnostic, Span, UsageError
@@ -30,8 +30,8 @@ from ..request.cards import Tran
 from ..request.load import need_circuit
 from ..request.period import common, is_multiple
 from ..request.periodic_sources import common_period, continued, period_of
+from ..request.request import Neighbour, Request
 from ..request.restart_state import Beginning, with_waveforms
-from ..request.row_sinks import Sink
 from ..request.settings import Settings
 from ..request.values import checked_values
 from ..results.periodic import Periodic
@@ -110,13 +110,6 @@ class Orbit:
         return Beginning(self.found.charges, gates, energy)
 
 
-@dataclass(slots=True)
-class Neighbour:
-    """The orbits of a run before, from which the next one of a sweep begins."""
-
-    states: dict[int, State] = field(default_factory=dict)
-
-
 def pss(
     circuit: Circuit,
     period: float | None = None,
@@ -186,34 +179,22 @@ def pss(
         analysis = replace(
             asked, row_step=row_step or asked.row_step, settle=settle or asked.settle
         )
-    solution = run_pss(
-        circuit,
-        analysis,
+    request = Request(
         signals=signals,
         extra=extra,
+        all_points=all_points,
         temperature=temperature,
         values=checked_values(circuit, values),
-        all_points=all_points,
     )
+    solution = run_pss(circuit, analysis, request)
     judge([solution], on_failure)
     return solution
 
 
-def run_pss(
-    circuit: Circuit,
-    analysis: Pss,
-    *,
-    signals: Sequence[str] | None = None,
-    extra: Sequence[str] = (),
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    sink: Sink | None = None,
-    all_points: bool = False,
-    neighbour: Neighbour | None = None,
-) -> Solution:
+def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
     """Run one analysis of the periodic steady state; see :func:`pss`."""
     begin = clock.perf_counter()
-    period, orbits = find_orbits(circuit, analysis, temperature, values, neighbour)
+    period, orbits = find_orbits(circuit, analysis, request)
     # orbits are found by methods of their own, and shown by them
     settings = replace(Settings.of(circuit.deck, "auto"), theta=1.0, step=None, stepped=False)
     if any(o is not None and o.stepped for o in orbits):
@@ -222,12 +203,7 @@ def run_pss(
         circuit,
         Tran(period, analysis.row_step),
         settings,
-        signals=signals,
-        extra=extra,
-        temperature=temperature,
-        values=values,
-        sink=sink,
-        all_points=all_points,
+        replace(request, keep=True, progress=None),
         beginnings=[None if o is None else o.beginning for o in orbits],
         periodic_sources=True,
     )
@@ -242,27 +218,22 @@ def run_pss(
     def course_of(home: int) -> Course:
         orbit = orbits[home]
         if orbit is None:
-            orbit = static_orbit(circuit, home, analysis, period, temperature, values)
+            orbit = static_orbit(circuit, home, analysis, period, request)
         triggered = len(orbit.system.switches) > len(orbit.mna.system.switches)
         return Course(orbit.mna, orbit.system, orbit.found.state, None if triggered else period)
 
-    ambient = circuit.deck.temperature if temperature is None else temperature
+    given = request.temperature
+    ambient = circuit.deck.temperature if given is None else given
     solution.integrals = Integrals(circuit, course_of, (0.0, period), True, ambient)
     return solution
 
 
 def find_orbits(
-    circuit: Circuit,
-    analysis: Pss,
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    neighbour: Neighbour | None = None,
+    circuit: Circuit, analysis: Pss, request: Request
 ) -> tuple[float, list[Orbit | None]]:
     """Return the period [s] and the orbit of each island, None for those that store nothing."""
-    guess = analysis.period or 0.0
-    islands = [
-        assembled(island, analysis, guess, temperature, values) for island in circuit.islands
-    ]
+    guess, neighbour = analysis.period or 0.0, request.neighbour
+    islands = [assembled(island, analysis, guess, request) for island in circuit.islands]
     orbits: dict[int, Orbit] = {}
     if analysis.trigger is None:
         period = _period(circuit, analysis, islands)
@@ -290,24 +261,17 @@ def static_orbit(
     home: int,
     analysis: Pss,
     period: float,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
+    request: Request,
 ) -> Orbit:
     """Return an island that stores nothing as an orbit without states."""
-    mna = assembled(circuit.islands[home], analysis, period, temperature, values)
+    mna = assembled(circuit.islands[home], analysis, period, request)
     return orbit_of(circuit, home, mna, period, analysis, None, None)
 
 
-def assembled(
-    island: Island,
-    analysis: Pss,
-    period: float,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
-) -> MnaSystem:
+def assembled(island: Island, analysis: Pss, period: float, request: Request) -> MnaSystem:
     """Return an island with its sources continued into the past."""
     step = analysis.row_step or (period / 1000.0 or None)
-    mna = island.assemble(temperature, values or {}, tstep=step, tstop=period or None)
+    mna = island.assemble(request.temperature, request.values, tstep=step, tstop=period or None)
     return with_waveforms(mna, [continued(w) for w in mna.system.waveforms])
 
 

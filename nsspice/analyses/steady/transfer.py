@@ -13,7 +13,8 @@ from ...devices.sources.isource import CurrentSource
 from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import TfCard
-from ..request.row_sinks import Sink, hand_over
+from ..request.request import Request
+from ..request.row_sinks import hand_over
 from ..results.sensitivity import Sensitivity
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -49,14 +50,7 @@ class Tf:
         return cls(card.output, card.source, card.span)
 
 
-def run_tf(
-    circuit: Circuit,
-    analysis: Tf,
-    *,
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    sink: Sink | None = None,
-) -> Solution:
+def run_tf(circuit: Circuit, analysis: Tf, request: Request) -> Solution:
     """Find DC gain, input resistance and output resistance about the operating point.
 
     Returns
@@ -72,7 +66,7 @@ def run_tf(
         raise UsageError(Diagnostic("NS4005", message, analysis.span, "name a source"))
     a, b = source.ends
     own = f"i({name})" if isinstance(source, VoltageSource) else _voltage(a, b)
-    gain, seen = _gains(circuit, {name: 1.0}, [output, own], temperature, values)
+    gain, seen = _gains(circuit, {name: 1.0}, [output, own], request)
     found = {
         "transfer_function": gain,
         "input_resistance": _over(-1.0, seen) if isinstance(source, VoltageSource) else -seen,
@@ -80,9 +74,9 @@ def run_tf(
     if output.startswith("v("):
         nodes = [*output[2:-1].split(","), "0"][:2]
         push = {injection(n): sign for n, sign in zip(nodes, (1.0, -1.0), strict=True) if n != "0"}
-        found["output_resistance"] = _gains(circuit, push, [output], temperature, values)[0]
+        found["output_resistance"] = _gains(circuit, push, [output], request)[0]
     else:
-        (through,) = _gains(circuit, {output[2:-1]: 1.0}, [output], temperature, values)
+        (through,) = _gains(circuit, {output[2:-1]: 1.0}, [output], request)
         found["output_resistance"] = _over(-1.0, through)
     solution = Solution(
         "tf",
@@ -93,7 +87,7 @@ def run_tf(
         list(found),
         wall_time=clock.perf_counter() - begin,
     )
-    hand_over(solution, sink)
+    hand_over(solution, request.sink)
     return solution
 
 
@@ -109,14 +103,13 @@ def _gains(
     circuit: Circuit,
     stimuli: Mapping[str, complex],
     outputs: Sequence[str],
-    temperature: float | None,
-    values: Mapping[str, float] | None,
+    request: Request,
 ) -> list[float]:
     """Return what stimuli make of signals at 0 Hz."""
     parts = [circuit.parts(name) for name in outputs]
     found = [0.0] * len(outputs)
     for home in sorted({h for terms in parts for h, _, _ in terms}):
-        point = operating_point(circuit, circuit.islands[home], stimuli, temperature, values)
+        point = operating_point(circuit, circuit.islands[home], stimuli, request)
         if not point.stimulated.columns:
             continue
         local = [n for terms in parts for h, n, _ in terms if h == home]
@@ -155,6 +148,7 @@ def op_sensitivities(
         Signal by signal, the elements with the largest effect first; of C and L it is zero.
     """
     keys = [canonical(name) for name in signals]
+    request = Request(temperature=temperature, values=values or {})
     bias = op(circuit, signals=keys, temperature=temperature, values=values)
     wanted = None if elements is None else {name.lower() for name in elements}
     found: list[Sensitivity] = []
@@ -165,7 +159,7 @@ def op_sensitivities(
             sources = {
                 d.name: 1.0 for d in island.devices if isinstance(d, VoltageSource | CurrentSource)
             }
-            point = operating_point(circuit, island, sources, temperature, values)
+            point = operating_point(circuit, island, sources, request)
             for name, value, slope in _slopes(point, part, wanted, sources):
                 known = slopes.get(name, (value, 0.0))[1]
                 slopes[name] = value, known + factor * slope

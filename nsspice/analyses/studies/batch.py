@@ -6,10 +6,10 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
@@ -31,17 +31,18 @@ from ..request.cards import Dc, Tran
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
 from ..request.notebook_progress import Progress, shown_in_notebook
+from ..request.request import Request
 from ..request.row_sinks import Sink
-from ..request.settings import Settings, foreign_method
+from ..request.settings import foreign_method
 from ..solution.recording import named
 from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import Solution
-from ..static.statics import SolvedAgain, check_sweep, dc, op
+from ..static.statics import SolvedAgain, check_sweep, run_dc, run_op
 from ..steady.loop_gain import Loop, run_loop
 from ..steady.noise import Noise, run_noise
 from ..steady.sensitivity import add_sensitivities
 from ..steady.small_signal import Ac, run_ac
-from ..steady.steady_state import Neighbour, Pss, find_orbits, run_pss
+from ..steady.steady_state import Pss, find_orbits, run_pss
 from ..steady.transfer import Tf, run_tf
 from ..transient.blocks import split
 from ..transient.measure import evaluate_measures
@@ -89,51 +90,6 @@ class Job:
     def values(self) -> dict[str, float]:
         """The stepped values by name."""
         return {sweep.name: value for sweep, value in self.steps}
-
-
-@dataclass(frozen=True, slots=True)
-class Request:
-    """What the caller of a run wants beyond the deck.
-
-    Parameters
-    ----------
-    method, theta, step, reltol, accuracy
-        As for :func:`nsspice.tran`.
-    stop : float or None
-        Replaces the end of ``.tran`` cards [s].
-    signals, extra : sequence of str
-        Signals to show, and to record besides.
-    keep : bool
-        False if the rows may be left to the sinks alone.
-    all_points : bool
-        Rows at the solver's points and on both sides of jumps.
-    neighbour : Neighbour
-        Orbits of the step before.
-    power : bool
-        Average powers of all elements of ``.pss`` and ``.tran``.
-    loads : tuple of str
-        Elements whose power is useful.
-    follow : sequence of str
-        Signals to record between the rows, for statistics and pictures.
-    everything : bool
-        Simulate also what no signal depends on.
-    """
-
-    method: str | None = None
-    theta: float | None = None
-    step: float | None = None
-    stop: float | None = None
-    signals: Sequence[str] | None = None
-    extra: Sequence[str] = field(default_factory=tuple)
-    keep: bool = True
-    all_points: bool = False
-    reltol: float | None = None
-    neighbour: Neighbour = field(default_factory=Neighbour)
-    power: bool = False
-    loads: tuple[str, ...] = ()
-    follow: Sequence[str] = field(default_factory=tuple)
-    everything: bool = False
-    accuracy: str | None = None
 
 
 def kind_of(card: Analysis) -> str:
@@ -256,9 +212,8 @@ def run(
         method,
         theta,
         step,
-        None,
-        signals,
-        tuple(extra),
+        signals=signals,
+        extra=tuple(extra),
         all_points=all_points,
         reltol=reltol,
         everything=everything,
@@ -334,29 +289,25 @@ def _run_job(
     circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
 ) -> Solution:
     deck = circuit.deck
-    settings = Settings.of(
-        deck, request.method, request.theta, request.step, request.reltol, request.accuracy
-    )
+    settings = request.settings(deck)
     warnings = [w for w in (foreign_method(deck),) if w is not None]
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
-    values = {s.name: v for s, v in job.steps if s.kind == "element"}
-    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
     for sweep, _ in job.steps:
         check_sweep(circuit, sweep)
     if parameters:
         circuit = read_again(deck, parameters)
         job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
     measures = [m for m in circuit.deck.measures if m.analysis == job.kind]
-    extra = [*request.extra, *measured_signals(measures)]
-    common: dict[str, object] = {
-        "signals": request.signals,
-        "extra": extra,
-        "temperature": temperature,
-        "sink": sink,
-    }
-    execute = _executor(circuit, job, request, settings, values, progress, common)
+    request = replace(
+        request,
+        extra=[*request.extra, *measured_signals(measures)],
+        temperature=next((v for s, v in job.steps if s.kind == "temp"), None),
+        values={s.name: v for s, v in job.steps if s.kind == "element"},
+        progress=progress,
+        sink=sink,
+    )
     try:
-        solution = execute()
+        solution = _RUN[job.kind](circuit, job.card, request)
     except NumericalError as error:
         if isinstance(error.partial, Solution):
             error.partial.parameters = job.values
@@ -374,7 +325,7 @@ def _run_job(
             if request.power:
                 add_powers(circuit, solution, request.loads)
         if job.kind in ("op", "pss") and solution.axis.size:
-            add_sensitivities(circuit, solution, temperature, values)
+            add_sensitivities(circuit, solution, request)
         if any(not sens.signals for sens in circuit.deck.sensitivities):
             from .measured_slopes import add_slopes
 
@@ -384,113 +335,43 @@ def _run_job(
     return solution
 
 
-def _executor(
-    circuit: Circuit,
-    job: Job,
-    request: Request,
-    settings: Settings,
-    values: Mapping[str, float],
-    progress: Progress | None,
-    common: Mapping[str, object],
-) -> Callable[[], Solution]:
-    """Return the call that runs the analysis of a job."""
-    card = job.card
-    if isinstance(card, OpCard):
-        return lambda: op(circuit, values=values, on_failure="ignore", **common)  # type: ignore[arg-type]
-    if isinstance(card, DcCard):
-        return lambda: dc(
-            circuit,
-            analysis=Dc.from_card(card),
-            overrides=values,
-            method=settings.method,
-            progress=progress,
-            on_failure="ignore",
-            **common,  # type: ignore[arg-type]
-        )
-    if isinstance(card, NoiseCard | TfCard):
-        return _about_bias(circuit, card, values, common)
-    if isinstance(card, AcCard):
-        return lambda: run_ac(
-            circuit,
-            Ac.from_card(card),
-            values=values,
-            neighbour=request.neighbour,
-            **common,  # type: ignore[arg-type]
-        )
-    if isinstance(card, LoopCard):
-        temperature = common["temperature"]
-        assert temperature is None or isinstance(temperature, float)
-        return lambda: run_loop(
-            circuit,
-            Loop.from_card(card),
-            temperature=temperature,
-            values=values,
-            neighbour=request.neighbour,
-            sink=common["sink"],  # type: ignore[arg-type]
-        )
-    if isinstance(card, PssCard):
-        return lambda: run_pss(
-            circuit,
-            Pss.from_card(card),
-            values=values,
-            all_points=request.all_points,
-            neighbour=request.neighbour,
-            **common,  # type: ignore[arg-type]
-        )
+def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
+    """Run a transient, and integrate it where spectra, powers or temperatures are asked for."""
+    deck, settings = circuit.deck, request.settings(circuit.deck)
     analysis = Tran.from_card(card)
     if request.stop is not None:
         analysis = replace(analysis, stop=request.stop)
-    keep = request.keep or any(m.analysis == "tran" for m in circuit.deck.measures)
+    beginnings = None
+    if card.orbit:
+        _, orbits = find_orbits(circuit, _pss_of(circuit, card), request)
+        beginnings = [None if o is None else o.beginning for o in orbits]
+    wanted = replace(
+        request,
+        keep=request.keep or any(m.analysis == "tran" for m in deck.measures),
+        everything=request.everything or request.power,
+    )
+    watched = Watched.of(circuit, analysis, named(request.follow))
+    solution = run_tran(circuit, analysis, settings, wanted, watched=watched, beginnings=beginnings)
+    if request.power or _needs_integrals(deck):
+        from ..transient.integrable_run import integrals_of
 
-    def execute() -> Solution:
-        beginnings = None
-        if card.orbit:
-            temperature = common["temperature"]
-            assert temperature is None or isinstance(temperature, float)
-            pss = _pss_of(circuit, card)
-            _, orbits = find_orbits(circuit, pss, temperature, values, request.neighbour)
-            beginnings = [None if o is None else o.beginning for o in orbits]
-        solution = run_tran(
-            circuit,
-            analysis,
-            settings,
-            values=values,
-            progress=progress,
-            keep=keep,
-            all_points=request.all_points,
-            beginnings=beginnings,
-            watched=Watched.of(circuit, analysis, named(request.follow)),
-            everything=request.everything or request.power,
-            **common,  # type: ignore[arg-type]
-        )
-        if request.power or _needs_integrals(circuit.deck):
-            from ..transient.integrable_run import integrals_of
-
-            temperature = common["temperature"]
-            assert temperature is None or isinstance(temperature, float)
-            blocks = Blocks(circuit)
-            if beginnings is None:
-                blocks = split(circuit, settings, analysis, temperature, values)
-            solution.integrals = integrals_of(blocks, analysis, temperature, values, beginnings)
-        return solution
-
-    return execute
+        blocks = Blocks(circuit)
+        if beginnings is None:
+            blocks = split(circuit, settings, analysis, request)
+        solution.integrals = integrals_of(blocks, analysis, request, beginnings)
+    return solution
 
 
-def _about_bias(
-    circuit: Circuit,
-    card: NoiseCard | TfCard,
-    values: Mapping[str, float],
-    common: Mapping[str, object],
-) -> Callable[[], Solution]:
-    """Return what runs ``.noise`` or ``.tf``."""
-    temperature, sink = common["temperature"], cast("Sink | None", common["sink"])
-    assert temperature is None or isinstance(temperature, float)
-    if isinstance(card, TfCard):
-        analysis = Tf.from_card(card)
-        return lambda: run_tf(circuit, analysis, temperature=temperature, values=values, sink=sink)
-    asked = Noise.from_card(card)
-    return lambda: run_noise(circuit, asked, temperature=temperature, values=values, sink=sink)
+_RUN: dict[str, Callable[[Circuit, Any, Request], Solution]] = {
+    "op": lambda circuit, card, request: run_op(circuit, request),
+    "dc": lambda circuit, card, request: run_dc(circuit, Dc.from_card(card), request),
+    "tran": _tran,
+    "pss": lambda circuit, card, request: run_pss(circuit, Pss.from_card(card), request),
+    "ac": lambda circuit, card, request: run_ac(circuit, Ac.from_card(card), request),
+    "loop": lambda circuit, card, request: run_loop(circuit, Loop.from_card(card), request),
+    "noise": lambda circuit, card, request: run_noise(circuit, Noise.from_card(card), request),
+    "tf": lambda circuit, card, request: run_tf(circuit, Tf.from_card(card), request),
+}
 
 
 def _needs_integrals(deck: Deck) -> bool:

@@ -14,13 +14,14 @@ from ...errors import Diagnostic, NsspiceError, UsageError
 from ...netlist.deck import SensCard, Sweep, TranCard
 from ..request.cards import Tran
 from ..request.load import read_again
+from ..request.request import Request
 from ..request.settings import Settings
 from ..request.values import valued
 from ..results.sensitivity import Sensitivity
 from ..solution.solution import Solution
 from ..transient.blocks import split
 from ..transient.integrable_run import integrals_of
-from .batch import Job, Request, run_job
+from .batch import Job, run_job
 from .run_sensitivity import RunSlopes
 from .slopes import ordered, slopes
 
@@ -47,7 +48,9 @@ def _add(
     place = deck.analyses.index(job.card)
     own = {s.name: v for s, v in job.steps if s.kind == "param"}
     kept = tuple((s, v) for s, v in job.steps if s.kind != "param")
-    plain = replace(request, signals=None, extra=(), keep=True, power=False, follow=())
+    plain = replace(
+        request, signals=None, extra=(), keep=True, power=False, follow=(), progress=None, sink=None
+    )
 
     def without_cards(parameters: Mapping[str, float]) -> Circuit:
         other = read_again(deck, parameters)
@@ -112,12 +115,10 @@ def _run_slopes(
         analysis = replace(analysis, stop=request.stop)
     if settings.method not in ("auto", "modewise"):
         return None
-    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
-    values = {s.name: v for s, v in job.steps if s.kind == "element"}
-    blocks = split(circuit, settings, analysis, temperature, values)
+    blocks = split(circuit, settings, analysis, request)
     if blocks.links:
         return None
-    return RunSlopes(integrals_of(blocks, analysis, temperature, values))
+    return RunSlopes(integrals_of(blocks, analysis, request))
 
 
 def _value_of(circuit: Circuit, name: str, job: Job) -> float:

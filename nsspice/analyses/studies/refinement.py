@@ -14,6 +14,7 @@ from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import var
 from ..request.method import POINTS
 from ..request.notebook_progress import Progress
+from ..request.request import Request
 from ..request.row_sinks import Sink
 from ..request.settings import Settings
 from ..results.error_estimate import ErrorEstimate
@@ -21,7 +22,7 @@ from ..signals.curve import Floats
 from ..signals.signal_function import Trace
 from ..signals.signal_statistics import extreme, values
 from ..solution.solution import Solution
-from .batch import Job, Request, run_job
+from .batch import Job, run_job
 
 #: attempts before a tolerance is given up
 _ATTEMPTS = 8

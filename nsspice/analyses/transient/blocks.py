@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ...circuit import Circuit, MnaSystem
 from ...circuit.blocks import Blocks, Link, blocks
@@ -12,6 +12,7 @@ from ...solvers.modewise import ModewiseStepper
 from ...solvers.polynomial import Polynomial
 from ..request.cards import Tran
 from ..request.method import choose
+from ..request.request import Request
 from ..request.settings import Settings
 from ..signals.curve import Floats
 
@@ -22,8 +23,7 @@ def split(
     circuit: Circuit,
     settings: Settings,
     analysis: Tran | None = None,
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
+    request: Request | None = None,
 ) -> Blocks:
     """Return a circuit with the blocks that the exact engine can solve by themselves.
 
@@ -34,19 +34,17 @@ def split(
     circuit : Circuit
     settings : Settings
     analysis : Tran, optional
-    temperature : float, optional
-        [degrees Celsius]
-    values : mapping of str to float, optional
-        Values by element name that replace those of the deck.
+    request : Request, optional
+        For temperature and values.
     """
     if settings.method != "auto" or settings.stepped:
         return Blocks(circuit)
-    found = blocks(circuit, Polynomial)
+    found, request = blocks(circuit, Polynomial), request or Request()
     tstep = None if analysis is None else analysis.row_distance
     tstop = None if analysis is None else analysis.stop
     for number in {link.source for link in found.links}:
         island = found.circuit.islands[number]
-        mna = island.assemble(temperature, values or {}, tstep=tstep, tstop=tstop)
+        mna = island.assemble(request.temperature, request.values, tstep=tstep, tstop=tstop)
         if choose(island.problem_class, mna.system, settings).name != "modewise":
             return Blocks(circuit)
         # an impulse is no function of time that could be handed on

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ...problems.descriptor import Functional
 from ...solvers.modewise import ModewiseStepper
 from ...solvers.orbit import PeriodMap, State
 from ..request.cards import Tran
+from ..request.request import Request
 from ..request.restart_state import Beginning
 from ..signals.curve import Floats
 from ..static.initial import start
@@ -30,8 +31,7 @@ class _First(ModewiseStepper):
 def integrals_of(
     blocks: Blocks,
     analysis: Tran,
-    temperature: float | None,
-    values: Mapping[str, float] | None,
+    request: Request,
     beginnings: Sequence[Beginning | None] | None = None,
 ) -> Integrals:
     """Return exact integrals of a transient's signals, which is run once more for the first."""
@@ -40,7 +40,10 @@ def integrals_of(
     def course_of(home: int) -> Course:
         island = circuit.islands[home]
         mna = island.assemble(
-            temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
+            request.temperature,
+            request.values,
+            tstep=analysis.row_distance,
+            tstop=analysis.stop,
         )
         system = mna.system
         core = PeriodMap(system, analysis.stop).core
@@ -59,6 +62,7 @@ def integrals_of(
                 charges, gates = first.charges, first.gates
         return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
 
-    ambient = circuit.deck.temperature if temperature is None else temperature
+    given = request.temperature
+    ambient = circuit.deck.temperature if given is None else given
     driven = frozenset(link.target for link in blocks.links)
     return Integrals(circuit, course_of, (0.0, analysis.stop), False, ambient, driven=driven)

@@ -6,7 +6,6 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
@@ -21,7 +20,8 @@ from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
 from ..request.measured_signals import Watched
 from ..request.notebook_progress import Progress
-from ..request.recorder import Recorder, select
+from ..request.recorder import Recorder
+from ..request.request import Request
 from ..request.restart_state import Beginning
 from ..request.row_sinks import GrowingStore, Sink, Store
 from ..request.settings import Settings
@@ -153,22 +153,24 @@ def tran(
             )
     else:
         analysis = _from_deck(circuit, uic)
-    settings = Settings.of(circuit.deck, method, theta, step, reltol, accuracy)
-    solution = run_tran(
-        circuit,
-        analysis,
-        settings,
+    request = Request(
+        method,
+        theta,
+        step,
         signals=signals,
         extra=extra,
+        keep=keep,
+        all_points=all_points,
+        reltol=reltol,
+        everything=everything,
+        accuracy=accuracy,
         temperature=temperature,
         values=checked_values(circuit, values),
         progress=progress,
         sink=sink,
-        keep=keep,
-        all_points=all_points,
-        watched=Watched.of(circuit, analysis),
-        everything=everything,
     )
+    settings, watched = request.settings(circuit.deck), Watched.of(circuit, analysis)
+    solution = run_tran(circuit, analysis, settings, request, watched=watched)
     judge([solution], on_failure)
     return solution
 
@@ -193,19 +195,11 @@ def run_tran(
     circuit: Circuit,
     analysis: Tran,
     settings: Settings,
+    request: Request,
     *,
-    signals: Sequence[str] | None = None,
-    extra: Sequence[str] = (),
-    temperature: float | None = None,
-    values: Mapping[str, float] | None = None,
-    progress: Progress | None = None,
-    sink: Sink | None = None,
-    keep: bool = True,
-    all_points: bool = False,
     watched: Watched | None = None,
     beginnings: Sequence[Beginning | None] | None = None,
     periodic_sources: bool = False,
-    everything: bool = False,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
@@ -215,11 +209,11 @@ def run_tran(
     """
     begin = clock.perf_counter()
     analysis = analysis.bounded(settings.max_step)
-    columns = select(circuit, signals)
-    names = columns + [n for n in select(circuit, extra) if n not in columns] if extra else columns
+    columns, names = request.names(circuit)
+    keep, all_points, sink = request.keep, request.all_points, request.sink
     whole, skipped = circuit, Skipped()
-    chosen = signals is not None or bool(circuit.deck.saves)
-    if chosen and not everything and beginnings is None:
+    chosen = request.signals is not None or bool(circuit.deck.saves)
+    if chosen and not request.everything and beginnings is None:
         measured = [] if watched is None else [part for _, part in watched.parts]
         circuit, skipped = needed(circuit, [*names, *measured])
         if skipped and watched is not None:
@@ -240,8 +234,8 @@ def run_tran(
                 recorder.local[k],
                 analysis,
                 settings,
-                temperature,
-                values,
+                request.temperature,
+                request.values,
                 sides=(keep or watched is not None) and not all_points,
                 watched=local,
                 all_points=all_points,
@@ -263,7 +257,7 @@ def run_tran(
 
     parts = Blocks(circuit)
     if beginnings is None and not periodic_sources:
-        parts = split(circuit, settings, analysis, temperature, values)
+        parts = split(circuit, settings, analysis, request)
     recorder, runners, races = prepare(parts)
     if not all(runner.drives for runner in runners):
         parts = Blocks(circuit)
@@ -294,10 +288,12 @@ def run_tran(
             if all_points:
                 from .all_points import advance_points
 
-                interrupted = advance_points(runners, outlet, analysis, progress, interrupts)
+                interrupted = advance_points(
+                    runners, outlet, analysis, request.progress, interrupts
+                )
             else:
                 interrupted = advance_all(
-                    runners, races, outlet, rows, analysis, progress, interrupts
+                    runners, races, outlet, rows, analysis, request.progress, interrupts
                 )
         except KeyboardInterrupt:
             interrupted = True
@@ -323,7 +319,7 @@ def run_tran(
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
-        view=None if signals or circuit.deck.saves else view_of(circuit, "tran", columns),
+        view=None if request.signals or circuit.deck.saves else view_of(circuit, "tran", columns),
     )
     for runner in runners:
         solution.warnings += runner.warnings()
@@ -342,8 +338,8 @@ def run_tran(
             if not keep:  # nothing else is wanted
                 raise
     if failure is None and not interrupted:
-        conditions = (temperature, values or {}, beginnings, periodic_sources, all_points)
-        solution.again = Rerun(whole.deck, analysis, settings, *conditions)
+        same = replace(request, extra=(), everything=False, progress=None, sink=None)
+        solution.again = Rerun(whole.deck, analysis, settings, same, beginnings, periodic_sources)
         solution.more = solution.again if keep else None
     if keep and any(runner.sides for runner in runners):
         solution.fine = _Fine(runners, recorder, table)
@@ -382,50 +378,44 @@ class Rerun:
     deck : Deck
     analysis : Tran
     settings : Settings
-    temperature : float or None
-        [degrees Celsius]
-    values : mapping of str to float
-        Values by element name that replace those of the deck.
-    beginnings, periodic_sources, all_points
+    request : Request
+    beginnings, periodic_sources
         As for ``run_tran``.
     parameters : mapping of str to float
-        The same by parameter name.
+        Values by parameter name that replace those of the deck.
     """
 
     deck: Deck
     analysis: Tran
     settings: Settings
-    temperature: float | None
-    values: Mapping[str, float]
+    request: Request
     beginnings: Sequence[Beginning | None] | None
     periodic_sources: bool
-    all_points: bool
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
         """Record signals between two instants [s]."""
         circuit = again(self.deck, self.parameters)
         watched = Watched.signals(circuit, names, start, stop)
-        solution = self._run(circuit, names, keep=False, watched=watched)
+        request = replace(self.request, signals=names, keep=False, all_points=False)
+        solution = self._run(circuit, request, watched)
         assert solution.recording is not None
         return solution.recording
 
     def rows(self, names: Sequence[str]) -> Solution:
         """Return other signals at the same output points."""
         circuit = again(self.deck, self.parameters)
-        return self._run(circuit, names, keep=True, all_points=self.all_points)
+        return self._run(circuit, replace(self.request, signals=names, keep=True))
 
-    def _run(self, circuit: Circuit, names: Sequence[str], **options: Any) -> Solution:
+    def _run(self, circuit: Circuit, request: Request, watched: Watched | None = None) -> Solution:
         return run_tran(
             circuit,
             self.analysis,
             self.settings,
-            signals=names,
-            temperature=self.temperature,
-            values=self.values,
+            request,
+            watched=watched,
             beginnings=self.beginnings,
             periodic_sources=self.periodic_sources,
-            **options,
         )
 
 

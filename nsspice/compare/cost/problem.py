@@ -11,6 +11,7 @@ import numpy as np
 
 from ...analyses.request.cards import Tran
 from ...analyses.request.recorder import select
+from ...analyses.request.request import Request
 from ...analyses.request.settings import Settings
 from ...analyses.solution.solution import Floats, Solution
 from ...analyses.studies.refinement import junction_voltages, stored_quantities
@@ -97,7 +98,9 @@ class Problem:
                 hint = "a longer --limit allows more"
                 raise StepError(Diagnostic("NS3002", message, None, hint))
 
-        solution = run_tran(circuit, analysis, settings, signals=self.signals, progress=watch)
+        solution = run_tran(
+            circuit, analysis, settings, Request(signals=self.signals, progress=watch)
+        )
         spent = time.perf_counter() - begin
         if solution.interrupted:
             raise KeyboardInterrupt

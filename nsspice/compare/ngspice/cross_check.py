@@ -7,9 +7,10 @@ from typing import Any
 
 from ...analyses.request.cards import Dc, Op, Tran
 from ...analyses.request.load import read_again
+from ...analyses.request.request import Request
 from ...analyses.signals.signal_names import unit
 from ...analyses.solution.solution import Solution
-from ...analyses.studies.batch import Job, Request, jobs_of, run_job
+from ...analyses.studies.batch import Job, jobs_of, run_job
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.analyses.request.request import Request
 from nsspice.analyses.steady.orbit_response import responder
 from nsspice.analyses.steady.steady_state import Pss, find_orbits
 from nsspice.analyses.steady.stepped_response import CLOSE, SteppedResponse
@@ -222,7 +223,7 @@ def test_rates_over_the_shortest_steps_are_not_differences() -> None:
     With differences over 1e-15 s as rates it wandered by 1e-4.
     """
     closed = nsspice.read(CLOSED.format(feedback=FEEDBACK))
-    _, orbits = find_orbits(closed, Pss())
+    _, orbits = find_orbits(closed, Pss(), Request())
     orbit = next(o for o in orbits if o is not None)
     respond = responder(orbit, ["v(fb)", "v(c)"], ["vt"], Pss())
     grid = np.array([413.0])

@@ -7,7 +7,8 @@ import pytest
 
 import nsspice
 from nsspice.analyses.request import method
-from nsspice.analyses.studies.batch import Request, jobs_of, run_job
+from nsspice.analyses.request.request import Request
+from nsspice.analyses.studies.batch import jobs_of, run_job
 from nsspice.analyses.studies.explanation import explained
 from nsspice.problems.descriptor import Waveform
 

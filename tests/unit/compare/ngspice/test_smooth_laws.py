@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import nsspice
-from nsspice.analyses.studies.batch import Request
+from nsspice.analyses.request.request import Request
 from nsspice.compare import ngspice
 from nsspice.compare.ngspice import Options
 

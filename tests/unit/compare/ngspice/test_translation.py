@@ -177,7 +177,7 @@ def test_linear_elements_mean_the_same():
 
 
 def fine_step():
-    from nsspice.analyses.studies.batch import Request
+    from nsspice.analyses.request.request import Request
 
     # theta = 1 is of first order: 20 ns on time constants of 20 us and more
     return Request(step=2e-8)
@@ -230,7 +230,7 @@ def test_initial_conditions():
 
 
 def fine_step_of(step: float):
-    from nsspice.analyses.studies.batch import Request
+    from nsspice.analyses.request.request import Request
 
     return Request(step=step)
 
