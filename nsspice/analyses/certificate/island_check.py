@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...circuit import MnaSystem
-from ...devices.signals import shown
 from ...errors import Diagnostic
 from ...problems.csc import Csc, Floats
 from ...problems.descriptor import DescriptorSystem
@@ -24,9 +23,7 @@ from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher
 
 if TYPE_CHECKING:
-    from .comparison_check import ComparisonCheck
     from .expression_check import ExpressionCheck
-    from .piecewise_check import StatementCheck
 
 #: Numbers recorded at most if every step is: some milliseconds of checking.
 _ALL = 40_000
@@ -76,18 +73,14 @@ class Examiner:
         timed: bool = False,
     ) -> None:
         self.mna, self.frozen = mna, frozen
-        smooth = mna.system.smooth is not None
-        self._written = _expressions(mna) if smooth and mna.layout.readings else None
-        self._compared = _comparisons(mna, frozen) if mna.layout.compared else None
-        self._stated = _statements(mna, frozen) if mna.layout.stated else None
-        #: points of other schemes than the implicit one hold averages
-        self._averaged = H is not None
         system = system or mna.system
         self.auditor = Auditor(system, H, Hs, timed)
         self._step = step
-        #: each record is a solution at an instant; the end of an implicit step is next to an event
-        self._pointwise = step is None and mna.system.static
         self._free = FreeCurrents(system)
+        # points of other schemes than the implicit one hold averages; without storage each record
+        # is a solution at an instant, while the end of an implicit step is next to an event
+        pointwise = step is None and mna.system.static
+        self._expressions = _expressions(mna, frozen, H is not None, pointwise)
         self._active: Watcher | None = None
         passive = shows_passive(system)
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
@@ -101,13 +94,9 @@ class Examiner:
             return
         if self._active is not None:
             self._active.take(records)
-        if self._written is not None:
-            self._written.take(records.time, records.z, records.u)
-        if self._compared is not None and self._pointwise:
-            self._compared.take_points(records.time, records.z, records.lam, records.u)
-        if self._stated is not None and not self._averaged:
-            self._stated.take_points(records.time, records.z, records.lam, records.u)
         self._free.take(records.z, records.lam, records.roles)
+        if self._expressions is not None:
+            self._expressions.take_points(records)
         self.auditor.check(records, self.frozen)
 
     def take_intervals(self, intervals: Recording) -> None:
@@ -115,21 +104,8 @@ class Examiner:
         last = np.s_[:, -1]
         roles = np.asarray(intervals.roles)
         self._free.take(intervals.z[last], intervals.lam[last], roles if roles.size else None)
-        if self._written is not None:
-            time = intervals.time.ravel()
-            z, u = (v.reshape(time.size, v.shape[-1]) for v in (intervals.z, intervals.u))
-            self._written.take(time, z, u)
-        for check in (self._compared, self._stated):
-            if check is not None:
-                check.take_intervals(
-                    intervals.begin,
-                    intervals.end,
-                    np.isfinite(intervals.doubt),
-                    intervals.time,
-                    intervals.z,
-                    intervals.lam,
-                    intervals.u,
-                )
+        if self._expressions is not None:
+            self._expressions.take_intervals(intervals)
         self.auditor.check_intervals(intervals)
 
     def certificate(
@@ -181,14 +157,10 @@ class Examiner:
         gate = found.get("worst_gate")
         if gate is not None and worse(found["gates"], laws):
             laws, worst = found["gates"], f"the gate of {self.mna.pair_elements[gate]}"
-        written = self._written
-        if written is not None and written.worst is not None and worse(written.error, laws):
-            laws, worst = written.error, f"the expression {shown(written.worst.expression)}"
-        stated = self._stated
-        if stated is not None and stated.worst is not None and worse(stated.error, laws):
-            laws, worst = stated.error, f"the expression {shown(stated.worst.expression)}"
-        if self._compared is not None and (wrong := self._compared.worst) is not None:
-            laws, worst = 1.0, f"the comparison {shown(wrong.comparison)} of {wrong.element}"
+        if self._expressions is not None:
+            error, name = self._expressions.worst
+            if worse(error, laws):
+                laws, worst = error, name
         return Certificate(
             laws,
             found["complementarity"],
@@ -254,25 +226,16 @@ class Examiner:
         return element if element is not None else f"node {self.mna.row_nodes[row]}"
 
 
-def _expressions(mna: MnaSystem) -> ExpressionCheck:
+def _expressions(
+    mna: MnaSystem, frozen: float | None, averaged: bool, pointwise: bool
+) -> ExpressionCheck | None:
     """Return the check of the expressions of a deck; most have none."""
+    layout = mna.layout
+    if not (layout.readings or layout.stated or layout.compared):
+        return None
     from .expression_check import ExpressionCheck
 
-    return ExpressionCheck(mna)
-
-
-def _comparisons(mna: MnaSystem, frozen: float | None) -> ComparisonCheck:
-    """Return the check of the comparisons of a deck; most have none."""
-    from .comparison_check import ComparisonCheck
-
-    return ComparisonCheck(mna, frozen)
-
-
-def _statements(mna: MnaSystem, frozen: float | None) -> StatementCheck:
-    """Return the check of piecewise-linear expressions; most decks have none."""
-    from .piecewise_check import StatementCheck
-
-    return StatementCheck(mna, frozen)
+    return ExpressionCheck(mna, frozen, averaged, pointwise)
 
 
 def _list(names: Sequence[str]) -> str:

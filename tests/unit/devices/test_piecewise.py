@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.analyses.certificate.piecewise_check import StatementCheck
+from nsspice.analyses.certificate.expression_check import ExpressionCheck
 from nsspice.circuit import ProblemClass
 from nsspice.devices.behaviour import linear_form
 from nsspice.devices.expressions.piecewise import piecewise, slope, value_of
@@ -215,9 +215,9 @@ def test_the_certificate_evaluates_the_text(law: str, method: str, monkeypatch) 
     assert circuit.run()[0].certificate.passed
     stated = circuit.islands[0].assemble().layout.stated
     assert len(stated) == 1
-    assert StatementCheck(circuit.islands[0].assemble()).error == 0.0
+    assert ExpressionCheck(circuit.islands[0].assemble()).error == 0.0
     other = stated[0]._replace(expression=Expression.parse(f"({law})*1.00001"))
-    monkeypatch.setattr(StatementCheck, "__init__", _with(StatementCheck.__init__, other))
+    monkeypatch.setattr(ExpressionCheck, "__init__", _with(ExpressionCheck.__init__, other))
     if method == "moreau" and "if" in law:
         return  # fixed steps meet a jump late, by less than a step
     with pytest.raises(nsspice.CertificateError, match="expression"):
@@ -225,8 +225,8 @@ def test_the_certificate_evaluates_the_text(law: str, method: str, monkeypatch) 
 
 
 def _with(init, stated):
-    def new(self, mna, frozen=None):
+    def new(self, mna, *conditions):
         mna.layout.stated[:] = [stated]
-        init(self, mna, frozen)
+        init(self, mna, *conditions)
 
     return new
