@@ -14,8 +14,6 @@ from ..devices.device import Device
 from ..devices.stamper import Conditions
 from .union_find import UnionFind
 
-#: whether engines solve in these coordinates, or in node voltages everywhere
-IN_USE = True
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 6, "J": 5, "G": 8, "I": 9}
 #: pairs with smooth laws: junctions (J) that block leave each cut-set its leakage alone
@@ -37,20 +35,6 @@ class _Weighted(NamedTuple):
 
 
 def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
-    """Return the tree in whose voltages an island is solved; empty for node voltages.
-
-    Parameters
-    ----------
-    devices : sequence of Device
-        Of one island.
-    conditions : Conditions
-    """
-    if not IN_USE:
-        return {}
-    return heaviest_tree(devices, conditions)
-
-
-def heaviest_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str, str]:
     """Return for each node the one before it on the way to ground.
 
     Voltage sources go before capacitors, these before resistors, pairs, inductors and sources of
@@ -73,7 +57,7 @@ def heaviest_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
     >>> from nsspice.circuit import build
     >>> from nsspice.netlist import parse_text
     >>> island = build(parse_text("t\\nV1 a 0 1\\nR1 a b 1\\nC1 b c 1u\\nR2 c 0 1\\n")).islands[0]
-    >>> heaviest_tree(island.devices, Conditions())
+    >>> spanning_tree(island.devices, Conditions())
     {'a': '0', 'b': 'a', 'c': 'b'}
     """
     branches = sorted(_branches(devices, conditions))

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ..netlist.expressions.expression import Expression
     from .expressions.piecewise import Inner
 
-Terms = list[tuple[int, float]]
 AnalysisKind = Literal["dc", "tran"]
 
 

@@ -28,7 +28,6 @@ PANELS, _CURVES = 6, 200
 _FINE = 16
 _NAMED = 24  # in a legend
 _DASHES = ("-", "--", "-.", ":")
-_QUANTITY = {"V": "Voltage", "A": "Current", "W": "Power"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,6 @@ from .result import NgspiceError, NgspiceRun
 from .runs import run
 from .verdict import SignalDistance, default_slack, distances
 
-_OPTIONS = ("reltol", "abstol", "vntol", "gmin", "rshunt", "method", "max_step")
-_SUBSTITUTES = ("junction", "ron", "roff", "edge")
-
 
 @dataclass(frozen=True, slots=True)
 class CrossCheck:

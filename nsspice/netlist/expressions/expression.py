@@ -11,7 +11,7 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -170,13 +170,6 @@ class Expression:
             return node if value is None else num(value)
 
         return Expression(_evaluate.rebuild(self.node, replace), self.span)
-
-    def rename(self, names: Callable[[str], str]) -> Expression:
-        """Return the expression with every signal's name passed through a function."""
-        from .node import var
-
-        tree = _evaluate.rebuild(self.node, lambda leaf: var(names(str(leaf.value))))
-        return Expression(tree, self.span, self.source)
 
     def _too_large(self) -> Diagnostic:
         message = f"expression is nested deeper than {MAX_DEPTH} or too large: {self.text[:60]}"
