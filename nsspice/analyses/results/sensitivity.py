@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -36,3 +37,12 @@ class Sensitivity:
     def relative(self) -> float:
         """Value times derivative: the change for a change of the value by 100 % [V or A]."""
         return self.value * self.derivative
+
+
+def ranked(found: Iterable[Sensitivity], keys: Sequence[str]) -> list[Sensitivity]:
+    """Return sensitivities signal by signal, those with the largest effect first.
+
+    What is equal up to rounding stays in the order in which it is given.
+    """
+    order = {key: k for k, key in enumerate(keys)}
+    return sorted(found, key=lambda s: (order[s.signal], -float(f"{abs(s.relative):.12g}")))

@@ -6,7 +6,7 @@ perturbation of the orbit by it is a closed form across all switchings, whose in
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...circuit import Circuit, MnaSystem
 from ...devices.device import Device
 from ...devices.outputs import scaled
 from ...devices.passive.capacitor import Capacitor
+from ...devices.passive.coupling import Coupling
 from ...devices.passive.inductor import Inductor
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.isource import CurrentSource
@@ -27,7 +28,7 @@ from ...solvers.step_maps import Stimuli
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.values import checked_values
-from ..results.sensitivity import Sensitivity
+from ..results.sensitivity import Sensitivity, ranked
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -43,34 +44,65 @@ class ElementValue:
     """An element as a stimulus: where it enters, what drives it (None: a constant), its value."""
 
     name: str
+    letter: str
     entries: Entries
     driver: Functional | None
     value: float
 
 
-def parameter_of(device: Device, mna: MnaSystem, coupled: frozenset[str]) -> ElementValue | None:
+#: value, average and derivative by element and signal of an island
+Slopes = Mapping[tuple[str, str], tuple[float, float, float]]
+
+
+def parameters_of(mna: MnaSystem, wanted: Collection[str] | None = None) -> list[ElementValue]:
+    """Return the values of an island's elements, of some or of all that have one known here."""
+    coupled = {name for d in mna.devices if isinstance(d, Coupling) for name in d.controls}
+    devices = [d for d in mna.devices if wanted is None or d.name in wanted]
+    found = (_parameter_of(d, mna) for d in devices if d.name not in coupled)
+    return [parameter for parameter in found if parameter is not None]
+
+
+def _parameter_of(device: Device, mna: MnaSystem) -> ElementValue | None:
     """Return the parameter of an element, None if it has none that is known here."""
-    layout = mna.layout
+    layout, name, letter = mna.layout, device.name, device.letter
     if isinstance(device, VoltageSource):
-        value = device.source.dc or 0.0
-        return ElementValue(device.name, ((layout.branches[device.name], -1.0),), None, value)
+        entries: Entries = ((layout.branches[name], -1.0),)
+        return ElementValue(name, letter, entries, None, device.source.dc or 0.0)
     if isinstance(device, CurrentSource):
-        entries = tuple(layout.voltage(*device.ends, -device.m))
-        return ElementValue(device.name, entries, None, device.source.dc or 0.0)
+        entries = layout.voltage(*device.ends, -device.m)
+        return ElementValue(name, letter, entries, None, device.source.dc or 0.0)
     if isinstance(device, Resistor | Capacitor) and device.value:
-        current = device.current(layout)
-        if device.name in layout.branches:
+        if name in layout.branches:
             return None
         sign = -1.0 if isinstance(device, Resistor) else 1.0
-        entries = tuple(layout.voltage(*device.ends, -1.0))
-        return ElementValue(
-            device.name, entries, scaled(current, sign / device.value), device.value
-        )
-    if isinstance(device, Inductor) and device.value and device.name not in coupled:
-        branch = layout.branches[device.name]
+        driver = scaled(device.current(layout), sign / device.value)
+        entries = layout.voltage(*device.ends, -1.0)
+        return ElementValue(name, letter, entries, driver, device.value)
+    if isinstance(device, Inductor) and device.value:
+        branch = layout.branches[name]
         rate = Functional(dz=((branch, device.inductance(layout) / device.value),))
-        return ElementValue(device.name, ((branch, -1.0),), rate, device.value)
+        return ElementValue(name, letter, ((branch, -1.0),), rate, device.value)
     return None
+
+
+def summed(
+    circuit: Circuit, keys: Sequence[str], islands: Mapping[int, Slopes]
+) -> list[Sensitivity]:
+    """Return the sensitivities of signals, each a sum over islands."""
+    found: dict[tuple[str, str], Sensitivity] = {}
+    for key in keys:
+        for home, part, factor in circuit.parts(key):
+            for (name, signal), (value, average, slope) in islands.get(home, {}).items():
+                if signal == part:
+                    before = found.get((key, name), Sensitivity(key, name, value, 0.0, 0.0))
+                    found[key, name] = Sensitivity(
+                        key,
+                        name,
+                        value,
+                        before.average + factor * average,
+                        before.derivative + factor * slope,
+                    )
+    return ranked(found.values(), keys)
 
 
 def sens(
@@ -134,23 +166,12 @@ def sens(
     request = Request(temperature=temperature, values=checked_values(circuit, values))
     _, orbits = find_orbits(circuit, analysis, request)
     wanted = None if elements is None else [name.lower() for name in elements]
-    found: dict[tuple[str, str], Sensitivity] = {}
-    known: set[str] = set()
+    islands: dict[int, Slopes] = {}
     for home, orbit in enumerate(orbits):
-        local = list(dict.fromkeys(n for t in parts.values() for h, n, _ in t if h == home))
-        if orbit is None:
-            continue
-        table = _of_island(orbit, local, wanted, analysis)
-        known |= {name for name, _, _ in table.values()} | {name for name, _ in table}
-        for key in keys:
-            for h, part, factor in parts[key]:
-                for (name, signal), (_, value, (average, slope)) in table.items():
-                    if h != home or signal != part:
-                        continue
-                    before = found.get((key, name))
-                    mean = factor * average + (before.average if before else 0.0)
-                    total = factor * slope + (before.derivative if before else 0.0)
-                    found[key, name] = Sensitivity(key, name, value, mean, total)
+        if orbit is not None:
+            local = list(dict.fromkeys(n for t in parts.values() for h, n, _ in t if h == home))
+            islands[home] = _of_island(orbit, local, wanted, analysis)
+    known = {name for table in islands.values() for name, _ in table}
     for name in wanted or ():
         if name not in known:
             raise UsageError(
@@ -160,23 +181,15 @@ def sens(
                     hint="use R, C, uncoupled L, V and I in parts that store energy",
                 )
             )
-    order = {key: k for k, key in enumerate(keys)}
-    return sorted(found.values(), key=lambda s: (order[s.signal], -abs(s.relative)))
+    return summed(circuit, keys, islands)
 
 
 def _of_island(
     orbit: Orbit, names: Sequence[str], wanted: Sequence[str] | None, analysis: Pss
-) -> dict[tuple[str, str], tuple[str, float, tuple[float, float]]]:
-    """Return name, value and (average, derivative) by element and signal of one island."""
+) -> Slopes:
+    """Return the averages of signals of one island, and their derivatives by its elements."""
     mna = orbit.mna
-    coupled = frozenset(name for d in mna.devices if d.letter == "k" for name in d.controls)
-    parameters = [
-        p
-        for d in mna.devices
-        if wanted is None or d.name in wanted
-        for p in (parameter_of(d, mna, coupled),)
-        if p is not None
-    ]
+    parameters = parameters_of(mna, wanted)
     drivers = [p.driver for p in parameters if p.driver is not None]
     outputs = [*map(mna.functional, names), *drivers]
     places = iter(range(len(names), len(outputs)))
@@ -204,8 +217,8 @@ def _of_island(
             if name == f"i({parameter.name})" and parameter.driver is not None:
                 # the element's own law depends on its value, too
                 number = numbers[k]
-                slope += 0.0 if name[2] == "l" or number is None else float(means[number])
-            result[parameter.name, name] = parameter.name, parameter.value, (float(means[j]), slope)
+                slope += 0.0 if parameter.letter == "l" or number is None else float(means[number])
+            result[parameter.name, name] = parameter.value, float(means[j]), slope
     return result
 
 

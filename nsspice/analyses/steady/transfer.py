@@ -21,7 +21,7 @@ from ..solution.solution import Solution
 from ..static.statics import op
 from .adjoint import adjoint
 from .linearised import Complexes, Point, operating_point, respond
-from .sensitivity import parameter_of
+from .sensitivity import Slopes, parameters_of, summed
 from .stimuli import injection
 
 _DC: Complexes = np.zeros(1, complex)
@@ -148,33 +148,41 @@ def op_sensitivities(
         Signal by signal, the elements with the largest effect first; of C and L it is zero.
     """
     keys = [canonical(name) for name in signals]
-    request = Request(temperature=temperature, values=values or {})
-    bias = op(circuit, signals=keys, temperature=temperature, values=values)
+    parts = {key: circuit.parts(key) for key in keys}
     wanted = None if elements is None else {name.lower() for name in elements}
-    found: list[Sensitivity] = []
-    for key in keys:
-        slopes: dict[str, tuple[float, float]] = {}
-        for home, part, factor in circuit.parts(key):
-            island = circuit.islands[home]
-            sources = {
-                d.name: 1.0 for d in island.devices if isinstance(d, VoltageSource | CurrentSource)
-            }
-            point = operating_point(circuit, island, sources, request)
-            for name, value, slope in _slopes(point, part, wanted, sources):
-                known = slopes.get(name, (value, 0.0))[1]
-                slopes[name] = value, known + factor * slope
-        for name, (value, slope) in slopes.items():
-            found.append(Sensitivity(key, name, value, float(bias[key][0]), slope))
-        missing = sorted((wanted or set()) - slopes.keys())
+    homes: dict[int, dict[str, None]] = {}
+    for terms in parts.values():
+        for home, part, _ in terms:
+            homes.setdefault(home, {})[part] = None
+    bias = op(
+        circuit,
+        signals=[part for local in homes.values() for part in local] or keys,
+        temperature=temperature,
+        values=values,
+    )
+    request = Request(temperature=temperature, values=values or {})
+    islands: dict[int, Slopes] = {}
+    for home, local in homes.items():
+        island = circuit.islands[home]
+        sources = {
+            d.name: 1.0 for d in island.devices if isinstance(d, VoltageSource | CurrentSource)
+        }
+        point = operating_point(circuit, island, sources, request)
+        islands[home] = {
+            (name, part): (value, float(bias[part][0]), slope)
+            for part in local
+            for name, value, slope in _slopes(point, part, wanted, sources)
+        }
+    for key, terms in parts.items():
+        known = {name for home, _, _ in terms for name, _ in islands[home]}
+        missing = sorted((wanted or set()) - known)
         if missing:
             message = (
                 f"{missing[0]} has no value with respect to which {key} could be differentiated"
             )
             hint = "use R, C, uncoupled L, V and I in the same island"
             raise UsageError(Diagnostic("NS4005", message, hint=hint))
-    order = {key: k for k, key in enumerate(keys)}
-    # what is equal up to rounding stays in the order of the deck
-    return sorted(found, key=lambda s: (order[s.signal], -float(f"{abs(s.relative):.12g}")))
+    return summed(circuit, keys, islands)
 
 
 def _slopes(
@@ -184,20 +192,17 @@ def _slopes(
     mna, n = point.mna, point.system.n
     functional = point.stimulated.functional(mna, signal)
     y = adjoint(point, functional, _DC)[0].real
-    coupled = frozenset(c for d in mna.devices if d.letter == "k" for c in d.controls)
     found = []
-    for device in mna.devices:
-        parameter = parameter_of(device, mna, coupled)
-        if parameter is None or (wanted is not None and device.name not in wanted):
-            continue
+    for parameter in parameters_of(mna, wanted):
+        name = parameter.name
         if parameter.driver is None:
-            column = point.stimulated.columns[device.name]
-            drive = point.drive({name: float(name == device.name) for name in sources})[0].real
+            column = point.stimulated.columns[name]
+            drive = point.drive({other: float(other == name) for other in sources})[0].real
             slope = float(y @ drive) + sum(f for c, f in functional.u if c == column)
         else:
             seen = sum(f * point.z[j] for j, f in parameter.driver.z)
             slope = seen * sum(y[row] * f for row, f in parameter.entries if row < n)
-            if signal == f"i({device.name})" and device.letter == "r":
+            if signal == f"i({name})" and parameter.letter == "r":
                 slope += seen  # its own law depends on the value, too
-        found.append((device.name, parameter.value, float(slope)))
+        found.append((name, parameter.value, float(slope)))
     return found

@@ -17,13 +17,13 @@ from ..request.load import read_again
 from ..request.request import Request
 from ..request.settings import Settings
 from ..request.values import valued
-from ..results.sensitivity import Sensitivity
+from ..results.sensitivity import Sensitivity, ranked
 from ..solution.solution import Solution
 from ..transient.blocks import split
 from ..transient.integrable_run import integrals_of
 from .batch import Job, run_job
 from .run_sensitivity import RunSlopes
-from .slopes import ordered, slopes
+from .slopes import slopes
 
 
 def add_slopes(
@@ -100,7 +100,7 @@ def _add(
         message = f".sens is omitted: {said.message}"
         solution.warnings.append(replace(said, message=message, span=card.span, severity="warning"))
         return
-    solution.sensitivities += ordered(found, wanted)
+    solution.sensitivities += ranked(found, wanted)
 
 
 def _run_slopes(

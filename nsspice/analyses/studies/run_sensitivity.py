@@ -14,7 +14,7 @@ from ...solvers.modewise import refusal
 from ...solvers.orbit import NoDerivative, PeriodMap
 from ...solvers.stepper import UnsolvedStep
 from ..signals.signal_names import canonical
-from ..steady.sensitivity import ElementValue, parameter_of
+from ..steady.sensitivity import ElementValue, parameters_of
 from ..steady.stimuli import with_columns
 from ..transient.integrals import Course, Integrals
 
@@ -45,11 +45,10 @@ class RunSlopes:
         """
         home = self._integrals.circuit.element_island[element]
         course = self._integrals.course(home)
-        coupled = frozenset(n for d in course.mna.devices if d.letter == "k" for n in d.controls)
-        device = next(d for d in course.mna.devices if d.name == element)
-        parameter = parameter_of(device, course.mna, coupled)
-        if parameter is None or refusal(course.system) is not None:
+        parameters = parameters_of(course.mna, {element})
+        if not parameters or refusal(course.system) is not None:
             return {}
+        (parameter,) = parameters
         found = {}
         for measure in measures:
             slope = self._slope(measure, home, course, parameter)
@@ -65,7 +64,7 @@ class RunSlopes:
             return None
         parts = _local(self._integrals.circuit, signal, home)
         # the current of a resistor or capacitor depends on its value by its own law, too
-        own = parameter.driver is not None and parameter.name[0] != "l"
+        own = parameter.driver is not None and parameter.letter != "l"
         if own and f"i({parameter.name})" in parts:
             return None
         if measure.operation == "find_at":

@@ -80,9 +80,3 @@ def _extrapolated(columns: list[Floats], powers: Sequence[float]) -> tuple[Float
         error = np.abs(better[-1] - columns[-1])
         columns = better
     return columns[0], error
-
-
-def ordered(found: Sequence[Sensitivity], keys: Sequence[str]) -> list[Sensitivity]:
-    """Return sensitivities measure by measure, those with the largest effect first."""
-    order = {key: k for k, key in enumerate(keys)}
-    return sorted(found, key=lambda s: (order[s.signal], -abs(s.relative)))
