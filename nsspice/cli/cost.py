@@ -55,6 +55,8 @@ def command(
 ) -> None:
     """Run the transient of NETLIST by every method over a ladder of steps or tolerances.
 
+    The time of the deck as it is comes first, then each run when it is done; Ctrl-C ends with the
+    table of what was measured.
     Each run is measured against a reference that is far more accurate; the table says how that was
     made and how sure it is.  Ladders: modewise, sdirk (order 4), sdirk2, moreau (theta = 1),
     moreau-half, and those of ngspice where it is installed: Gear's method (ngspice), the trapezoid
@@ -78,10 +80,13 @@ def command(
         signals=read_signals(signals),
         limit=limit,
         notice=None if quiet or as_json else lambda text: say(f"  {text} ..."),
+        result=None if quiet or as_json else lambda text: say(f"    {text}"),
     )
-    if plot is not None:
+    if plot is not None and report.ladders():
         report.plot(plot, target)
     if as_json:
         print_json({"netlist": netlist, **report.to_dict(target)})
     else:
         show(report.describe(target))
+    if report.interrupted:
+        raise KeyboardInterrupt

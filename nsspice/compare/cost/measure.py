@@ -13,6 +13,7 @@ from ...analyses.request.load import need_circuit
 from ...analyses.request.settings import Settings
 from ...circuit import Circuit
 from ...errors import Diagnostic, NsspiceError, UsageError, suggest
+from ...output.si import number
 from . import ngspice_ladders
 from .problem import Problem
 from .reference import Reference, make_reference
@@ -23,9 +24,6 @@ from .timer import Timer
 Notice = Callable[[str], None]
 
 _TOLERANCES = tuple(10.0**-k for k in range(2, 13))
-#: a run that takes so many times the limit is given up: a step four times as fine takes four times
-#: as long, and the first run of a ladder is tried regardless of its time
-_PATIENCE = 4.0
 _DIVISIONS = tuple(4**k for k in range(16))
 
 #: ladders by name, settings that vary along them: our own, and all
@@ -42,6 +40,7 @@ def cost(
     limit: float = 2.0,
     reference: Reference | None = None,
     notice: Notice | None = None,
+    result: Notice | None = None,
 ) -> CostReport:
     """Measure what each digit of a transient costs with every method.
 
@@ -59,17 +58,19 @@ def cost(
     signals : sequence of str, optional
         What errors are measured in; voltages of capacitors and currents of inductors by default.
     limit : float
-        A ladder ends before a run that would take longer than this [s]; a run that takes four times
-        as long all the same is given up, with a note; a run of the reference may take three times
-        as long.
+        Longest time of one run [s]: a ladder ends before a run that would take longer, and a run
+        that does all the same is given up, with a note.  A run of the reference may take three
+        times as long, and 6 s at least; the first where the exact engine does not apply takes as
+        long as it needs.
     reference : Reference, optional
         To measure against another one than the deck's own.
-    notice : callable, optional
-        Called with a sentence before each run.
+    notice, result : callable, optional
+        Called with a sentence before each run, and after it with what it has shown.
 
     Returns
     -------
     CostReport
+        With what was measured up to then, and ``interrupted`` set, if Ctrl-C stopped it.
 
     Examples
     --------
@@ -92,28 +93,68 @@ def cost(
     for name in methods:
         if name not in LADDERS:
             raise _unknown(name)
-    say: Notice = notice or (lambda text: None)
+    say, tell = notice or _silent, result or _silent
     problem = Problem.of(circuit, signals)
-    if reference is None:
-        say("reference")
-        reference = make_reference(problem, limit)
-    report = CostReport(circuit.deck.title, problem.signals, reference)
+    report = CostReport(circuit.deck.title, problem.signals, reference or Reference.none())
+    timer = Timer()
+    try:
+        say("the deck as it is")
+        report.default = _default(problem, limit, timer)
+        tell(report.default)
+        if reference is None:
+            say("reference")
+            report.reference = make_reference(problem, limit)
+            tell(f"{report.reference.how}: {report.reference.error:.1e}")
+        _ladders(report, problem, methods or LADDERS, target, limit, timer, (say, tell))
+    except KeyboardInterrupt:
+        report.interrupted = True
+    return report
+
+
+def _silent(text: str) -> None:
+    """Say nothing."""
+
+
+def _default(problem: Problem, limit: float, timer: Timer) -> str:
+    """Return what a run of the deck as it is costs, in words."""
+    settings = Settings.of(problem.circuit.deck)
+    try:
+        solution, spent = problem.run(settings, limit)
+    except NsspiceError as failure:
+        return failure.diagnostics[0].message
+    methods = ", ".join(dict.fromkeys(island.method for island in solution.islands))
+    spent = timer.least("", math.nan, spent, partial(_seconds, problem, settings))
+    return f"{methods}, {number(spent, 's', 3)}"
+
+
+def _ladders(
+    report: CostReport,
+    problem: Problem,
+    names: Sequence[str],
+    target: float | None,
+    limit: float,
+    timer: Timer,
+    words: tuple[Notice, Notice],
+) -> None:
+    """Measure one ladder after the other, down to an error."""
+    reference, (say, tell) = report.reference, words
     floor = max(reference.error, 1e-13) if math.isfinite(reference.error) else 1e-12
     goal = floor if target is None else max(floor, min(target, 1e-9))
-    timer = Timer()
-    for name in methods or LADDERS:
+    for name in names:
+        before = len(report.rows)
         try:
             if name in ngspice_ladders.LADDERS:
                 report.rows += ngspice_ladders.measure(problem, name, reference, limit, timer, say)
+                for row in report.rows[before:]:
+                    tell(row.sentence)
             else:
-                _ladder(report, problem, name, goal, limit, timer, say)
+                _ladder(report, problem, name, goal, limit, timer, words)
         except NsspiceError as error:
             report.absent.append(f"{name}: {error.diagnostics[0].message}")
     if problem.analysis.max_step is None:  # which rules the runs of the reference, not the ladder
         _show(report, reference)
     say("repeating short runs")
     report.rows = timer.second_turn(report.rows)
-    return report
 
 
 def _unknown(name: str) -> UsageError:
@@ -147,8 +188,9 @@ def _ladder(
     goal: float,
     limit: float,
     timer: Timer,
-    say: Notice,
+    words: tuple[Notice, Notice],
 ) -> None:
+    say, tell = words
     last: Measurement | None = None
     spent = 0.0
     for parameter, value, settings in _settings(problem, name):
@@ -157,13 +199,14 @@ def _ladder(
             return
         say(f"{name} {parameter}={value:.3g}" if parameter else name)
         try:
-            solution, spent = problem.run(settings, _PATIENCE * limit)
+            solution, spent = problem.run(settings, limit)
         except NsspiceError as failure:
             if last is None and name == "modewise":
                 raise
             nan = float("nan")
             note = failure.diagnostics[0].message
             report.rows.append(Measurement(name, parameter, value, 0, nan, nan, nan, nan, note))
+            tell(report.rows[-1].sentence)
             return
         spent = timer.least(name, value, spent, partial(_seconds, problem, settings))
         steps = _steps(solution.stats)
@@ -173,6 +216,7 @@ def _ladder(
             order = math.log(last.error / error) / math.log(steps / last.steps)
             found = replace(found, order=order)
         report.rows.append(found)
+        tell(found.sentence)
         last = found
 
 
@@ -181,10 +225,11 @@ def _show(report: CostReport, reference: Reference) -> None:
 
     The finest of them may be the reference itself: it errs by no more than that is known to.
     """
-    own = [k for k, row in enumerate(report.rows) if row.method == "sdirk" and not row.note]
+    own = [k for k, row in enumerate(report.rows) if row.method == "sdirk"]
     if not own or not math.isfinite(reference.error):
         return
-    last, more = report.rows[own[-1]].value, []
+    done = [report.rows[k].value for k in own if not report.rows[k].note]
+    last, more = (done[-1] if done else math.inf), []
     # of two runs with one tolerance the second has the shorter steps
     for tolerance, run in {run.tolerance: run for run in reference.runs}.items():
         if tolerance < 0.99 * last:

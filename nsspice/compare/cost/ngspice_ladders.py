@@ -44,7 +44,8 @@ def measure(
         Of ``LADDERS``.
     reference : Reference
     limit : float
-        The ladder ends before a run that would take longer [s].
+        The ladder ends before a run that would take longer [s]; one that does all the same is given
+        up, after 6 s at least.
     timer : Timer
     say : callable
         Called with a sentence before each run.
@@ -66,7 +67,7 @@ def measure(
             problem.analysis,
             problem.signals,
             max_step=step,
-            timeout=max(_PATIENCE, 10.0 * limit),
+            timeout=max(_PATIENCE, limit),
             **LADDERS[name],
         )
 

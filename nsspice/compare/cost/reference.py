@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +12,7 @@ from ...analyses.request.settings import Settings
 from ...analyses.solution.solution import Floats
 from ...errors import Diagnostic, NumericalError, UsageError
 from .graph import Graph
-from .problem import Problem
+from .problem import GivenUp, Problem
 
 #: tolerances of the controlled runs behind a reference; the last is the finest
 _TIGHT = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
@@ -53,6 +55,11 @@ class Reference:
     how: str
     runs: tuple[Run, ...] = ()
 
+    @classmethod
+    def none(cls) -> Reference:
+        """Return what stands for a reference that has not been made."""
+        return cls(Graph.of_table(np.zeros((0, 0))), float("nan"), "none")
+
     def distance(self, table: Floats) -> tuple[float, float]:
         """Return the largest and the mean distance of a table, as shares of the ranges.
 
@@ -74,17 +81,18 @@ def make_reference(problem: Problem, limit: float = 2.0) -> Reference:
     ----------
     problem : Problem
     limit : float
-        Longest time of one run that is measured [s]; one of the reference may take three times as
-        long, but 6 s at least, and the first as long as it needs.
+        Longest time of one run that is measured [s]; one of the reference is given up after three
+        times as long, but 6 s at least, except the first where the exact engine has none.
 
     Raises
     ------
     NumericalError
         If no method solves the deck.
     """
-    exact = _modewise(problem)
     least, times = _PATIENCE
-    runs, other = _controlled(problem, exact, max(least, times * limit))
+    patience = max(least, times * limit)
+    exact = _modewise(problem, patience)
+    runs, other = _controlled(problem, exact, patience)
     finest = runs[-1] if runs else None
     if exact is not None:
         if finest is None:
@@ -114,9 +122,9 @@ def make_reference(problem: Problem, limit: float = 2.0) -> Reference:
     return Reference(finest.graph, error, how, tuple(runs))
 
 
-def _modewise(problem: Problem) -> Graph | None:
+def _modewise(problem: Problem, patience: float) -> Graph | None:
     try:
-        return problem.graph(problem.run(Settings("modewise"))[0])
+        return problem.graph(problem.run(Settings("modewise"), patience)[0])
     except (UsageError, NumericalError):
         return None
 
@@ -125,13 +133,20 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
     """Return controlled runs, the finest last, and how the one before differs from it."""
     runs: list[Run] = []
     last = float("inf")
+    # without the exact engine there is no other reference, however long the first run takes
+    alone = math.inf if exact is None else patience
     for tolerance in _TIGHT:
-        found = _run(problem, tolerance)
+        try:
+            found = _run(problem, tolerance, patience if runs else alone)
+        except GivenUp:
+            if not runs:
+                return _loosest_first(problem, patience), "a tenfold tolerance"
+            break
         if found is None:
             break
         if runs and found.steps == runs[-1].steps:
             # its longest step rules: the same run once more shows nothing
-            coarser = _run(problem, tolerance, longer=2.0)
+            coarser = _run(problem, tolerance, patience, longer=2.0)
             return [run for run in (coarser, found) if run], "a longest step twice as long"
         gap = _apart(found.graph, runs[-1].graph) if runs else np.inf
         if gap > last:
@@ -145,7 +160,9 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
             break
     # where the circuit is expensive a looser, less accurate run shows how sure the tight one is
     for tolerance in _LOOSE if len(runs) < 2 else ():
-        found = _run(problem, tolerance)
+        found = None
+        with suppress(GivenUp):
+            found = _run(problem, tolerance, alone)
         if found is not None:
             runs.insert(0, found)
         if len(runs) > 1:
@@ -154,13 +171,38 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
     return runs, "a tenfold tolerance"
 
 
-def _run(problem: Problem, tolerance: float, longer: float | None = None) -> Run | None:
-    """Return a controlled run, None if it fails; with a longest step so many times the usual."""
+def _loosest_first(problem: Problem, patience: float) -> list[Run]:
+    """Return the controlled runs that stand in where the first tight one takes too long."""
+    runs: list[Run] = []
+    for tolerance in reversed(_LOOSE):
+        try:
+            found = _run(problem, tolerance, patience)
+        except GivenUp:
+            break
+        if found is not None:
+            runs.append(found)
+            if 4.0 * found.seconds > patience:
+                break
+    return runs
+
+
+def _run(
+    problem: Problem, tolerance: float, patience: float, longer: float | None = None
+) -> Run | None:
+    """Return a controlled run, None if it fails; with a longest step so many times the usual.
+
+    Raises
+    ------
+    GivenUp
+        If it takes longer than ``patience`` [s].
+    """
     step = None
     if longer is not None:
         step = longer * problem.analysis.longest_step(timed=problem.timed)
     try:
-        solution, spent = problem.run(Settings("sdirk", step=step, reltol=tolerance))
+        solution, spent = problem.run(Settings("sdirk", step=step, reltol=tolerance), patience)
+    except GivenUp:
+        raise
     except (NumericalError, UsageError):
         return None
     steps = int(solution.stats["steps"])

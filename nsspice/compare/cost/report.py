@@ -55,6 +55,11 @@ class Measurement:
         """The varied parameter with its value."""
         return f"{self.parameter}={self.value:.3g}" if self.parameter else ""
 
+    @property
+    def sentence(self) -> str:
+        """What it has shown."""
+        return self.note or f"{number(self.seconds, 's', 3)}, error {self.error:.1e}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return a JSON-ready mapping; what is not known is None."""
         numbers = {
@@ -153,6 +158,10 @@ class CostReport:
         Those of a method come together, from coarse to fine.
     absent : list of str
         What was not measured, and why.
+    default : str
+        Method and time of a run of the deck as it is.
+    interrupted : bool
+        True if it was stopped early.
     """
 
     title: str
@@ -160,6 +169,8 @@ class CostReport:
     reference: Reference
     rows: list[Measurement] = field(default_factory=list)
     absent: list[str] = field(default_factory=list)
+    default: str = ""
+    interrupted: bool = False
 
     def ladders(self) -> dict[str, list[Measurement]]:
         """Return the finished runs of each method."""
@@ -196,6 +207,7 @@ class CostReport:
         shown = ", ".join(self.signals[:8]) + (" ..." if len(self.signals) > 8 else "")
         lines = [
             f"{self.title}",
+            *([f"as it is: {self.default}"] if self.default else []),
             f"errors of {shown}, relative to their range",
             f"reference: {reference.how}: {reference.error:.1e}",
             "",
@@ -208,12 +220,17 @@ class CostReport:
                 continue
             order = f"{r.order:.2f}" if math.isfinite(r.order) else ""
             below = "<" if r.error < reference.error else ""
+            error = below + format(max(r.error, reference.error), ".1e")
+            if r.error == 0.0 and not math.isfinite(reference.error):
+                error = "not known"  # it is the reference
             lines.append(
                 f"{r.method:<22}{r.setting:<16}{r.steps:>10}"
-                f"{below + format(max(r.error, reference.error), '.1e'):>12}{r.l1:>12.1e}"
+                f"{error:>12}{r.l1:>12.1e}"
                 f"{number(r.seconds, 's', 3):>11}{number(r.per_step, 's', 3):>11}{order:>7}"
             )
         lines += [f"not measured: {reason}" for reason in self.absent]
+        if self.interrupted:
+            lines.append("stopped early: the rest was not measured")
         if target is not None:
             lines += ["", *self._advice(target)]
         return "\n".join(lines)
@@ -236,6 +253,8 @@ class CostReport:
             "reference": {"how": self.reference.how, "error": error if error == error else None},
             "runs": [r.to_dict() for r in self.rows],
             "absent": self.absent,
+            "default": self.default,
+            "interrupted": self.interrupted,
         }
         if target is not None:
             data["target"] = target

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -16,7 +17,7 @@ from nsspice.analyses.request.settings import Settings
 from nsspice.cli.app import app
 from nsspice.compare.cost import CostReport, Measurement, make_reference, ngspice_ladders
 from nsspice.compare.cost.graph import Graph
-from nsspice.compare.cost.problem import Problem
+from nsspice.compare.cost.problem import GivenUp, Problem
 from nsspice.compare.cost.reference import Reference
 from nsspice.compare.cost.report import price
 from nsspice.compare.cost.timer import Timer
@@ -114,7 +115,7 @@ def test_the_longest_step_of_the_deck_does_not_bound_the_ladder():
 
 def test_orders_and_errors_of_the_ladders():
     report = nsspice.cost(
-        nsspice.read(RC), methods=["modewise", "sdirk", "sdirk2", "moreau"], limit=0.05
+        nsspice.read(RC), methods=["modewise", "sdirk", "sdirk2", "moreau"], limit=0.5
     )
     ladders = report.ladders()
     assert ladders["modewise"][0].error < 1e-9
@@ -248,7 +249,7 @@ R1 g o 1k
 C1 o 0 1n
 .tran 5u 10m
 """)
-    report = nsspice.cost(circuit, methods=["sdirk"])
+    report = nsspice.cost(circuit, methods=["sdirk"], limit=8.0)
     errors = {row.value: row.error for row in report.rows}
     assert errors[1e-8] < 1e-7
 
@@ -287,3 +288,55 @@ def test_a_run_that_does_not_end_is_given_up() -> None:
     with pytest.raises(nsspice.StepError, match="stopped after") as caught:
         problem.run(Settings("moreau", 1.0, 2.5e-4), limit=0.05)
     assert caught.value.code == "NS3002"
+
+
+def test_what_the_deck_costs_is_told_first_and_each_run_when_it_is_done():
+    said = []
+    report = nsspice.cost(
+        nsspice.read(RC),
+        methods=["modewise", "moreau"],
+        limit=0.02,
+        notice=lambda text: said.append(("begin", text)),
+        result=lambda text: said.append(("end", text)),
+    )
+    assert [kind for kind, _ in said[:4]] == ["begin", "end", "begin", "end"]
+    assert said[1][1] == report.default
+    assert report.default.startswith("modewise, ")
+    assert said[2][1] == "reference"
+    rows = [text for kind, text in said[4:] if kind == "end"]
+    assert len(rows) == len(report.rows)
+    assert f"as it is: {report.default}" in report.describe()
+    assert not report.interrupted
+
+
+@pytest.mark.parametrize(("word", "rows"), [("reference", 0), ("moreau", 1)])
+def test_ctrl_c_leaves_what_has_been_measured(word, rows):
+    def stop(text):
+        if text.startswith(word):
+            raise KeyboardInterrupt
+
+    report = nsspice.cost(nsspice.read(RC), methods=["modewise", "moreau"], limit=0.02, notice=stop)
+    assert report.interrupted
+    assert report.default.startswith("modewise, ")
+    assert [row.method for row in report.rows] == ["modewise"] * rows
+    assert "stopped early" in report.describe(1e-6)
+    assert report.to_dict()["interrupted"] is True
+
+
+def test_the_limit_holds_inside_a_run():
+    """A hundred million switchings, of which half a minute of both engines reaches a part."""
+    deck = (
+        "long run\nV1 a 0 PULSE(0 1 0 1n 1n 0.5u 1u)\nR1 a b 1\nC1 b 0 1u\nD1 b c\nC2 c 0 1u\n"
+        "R2 c 0 1k\n.tran 1m 100\n"
+    )
+    problem = Problem.of(nsspice.read(deck))
+    for method in ("modewise", "sdirk"):
+        begin = time.process_time()
+        with pytest.raises(GivenUp, match=r"stopped after 0\.1 s"):
+            problem.run(Settings(method), 0.1)
+        # blocks of rows come back after 0.05 s, and some milliseconds begin and end the run
+        assert time.process_time() - begin < 0.5
+    reference = Reference(Graph.of_table(np.zeros((2, 1))), 1e-12, "by hand")
+    report = nsspice.cost(nsspice.read(deck), methods=["modewise"], limit=0.1, reference=reference)
+    assert "stopped after 0.1 s" in report.default
+    assert ["stopped after" in reason for reason in report.absent] == [True]

@@ -8,7 +8,7 @@ import pytest
 
 import nsspice
 from nsspice.compare.cost import make_reference
-from nsspice.compare.cost.problem import Problem
+from nsspice.compare.cost.problem import GivenUp, Problem
 from nsspice.errors import Diagnostic, NumericalError
 
 RECTIFIER = """smooth rectifier
@@ -111,3 +111,30 @@ Rleak out 0 1meg
 .model body D(IS=1e-12 N=1.2 RS=5m CJO=200p TT=20n)
 .tran 1u 5m uic
 """
+
+
+@pytest.fixture
+def slow_runs(monkeypatch):
+    """Let controlled runs that are tighter than 1e-5 take too long; return the tolerances tried."""
+    run, seen = Problem.run, []
+
+    def slow(self, settings, limit=float("inf")):
+        if settings.method == "sdirk":
+            seen.append(settings.reltol)
+            assert limit == 6.0
+            if settings.reltol < 0.9e-5:
+                raise GivenUp(Diagnostic("NS3002", "given up after 6 s, 1 % of the run done"))
+        return run(self, settings, limit)
+
+    monkeypatch.setattr(Problem, "run", slow)
+    return seen
+
+
+def test_where_tight_runs_take_too_long_the_loosest_comes_first(slow_runs):
+    deck = RECTIFIER.replace("IS=1e-12", "ideal Vfwd=0.7")
+    reference = make_reference(Problem.of(nsspice.read(deck)))
+    assert slow_runs == [1e-7, 1e-3, 1e-4, 1e-5, 1e-6]
+    assert "by the exact mode-wise engine" in reference.how
+    assert "reltol 1e-05" in reference.how
+    assert [run.tolerance for run in reference.runs] == [1e-3, 1e-4, 1e-5]
+    assert 0.0 < reference.error < 1e-2
