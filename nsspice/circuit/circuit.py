@@ -12,7 +12,7 @@ from ..devices.device import Device
 from ..devices.stamper import AnalysisKind, Conditions
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
-from ..netlist.expressions.functions import ABSOLUTE_ZERO
+from ..netlist.expressions.functions import no_temperature
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
 from .signals import owner, parse_signal, unknown_signal
@@ -74,8 +74,9 @@ class Island:
             Times for the defaults of PULSE, SIN, EXP [s]; those of the ``.tran`` card by default.
         """
         number = isinstance(temperature, Real | None)
-        if not number or (temperature is not None and not temperature > ABSOLUTE_ZERO):
-            kind = "degrees Celsius is not above absolute zero" if number else "is not a number"
+        why = no_temperature(temperature) if number and temperature is not None else ""
+        if not number or why:
+            kind = f"degrees Celsius is {why}" if number else "is not a number"
             message = f"a temperature of {temperature} {kind}"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
         conditions = Conditions(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import suggest
-from ..netlist.expressions.functions import ABSOLUTE_ZERO
+from ..netlist.expressions.functions import no_temperature
 from ..netlist.findings import Findings
 
 if TYPE_CHECKING:
@@ -147,8 +147,8 @@ class Table:
                         entry.hint,
                     )
                 continue
-            if entry.unit == "C" and not value > ABSOLUTE_ZERO:
-                message = f"{key} of {owner} is {value:g} degrees Celsius, not above absolute zero"
+            if entry.unit == "C" and (why := no_temperature(value)):
+                message = f"{key} of {owner} is {value:g} degrees Celsius, {why}"
                 findings.error("NS2005", message, param.span, "give degrees Celsius")
                 continue
             values[entry.name] = float(value)

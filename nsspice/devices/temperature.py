@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from ..errors import Diagnostic, NetlistError
-from ..netlist.expressions.functions import ABSOLUTE_ZERO
+from ..netlist.expressions.functions import ABSOLUTE_ZERO, no_temperature
 from .stamper import Conditions
 
 BOLTZMANN = 1.380649e-23  # [J/K]
@@ -32,8 +32,9 @@ def kelvin(conditions: Conditions, temperature: float | None = None, offset: flo
         Above the circuit's [K], if it has none of its own.
     """
     own = conditions.temperature + offset if temperature is None else temperature
-    if not own > ABSOLUTE_ZERO:  # dtemp= and expressions; what cards say is judged where it is read
-        message = f"an element has {own:g} degrees Celsius, which is not above absolute zero"
+    # dtemp= and expressions; what cards say is judged where it is read
+    if why := no_temperature(own):
+        message = f"an element has {own:g} degrees Celsius, which is {why}"
         raise NetlistError(Diagnostic("NS2005", message, None, "correct its temp= or dtemp="))
     return own + CELSIUS
 

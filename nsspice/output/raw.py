@@ -28,6 +28,9 @@ _PLOTS = {
     "pss": "Transient Analysis",
     "ac": "AC Analysis",
     "loop": "AC Analysis",
+    "noise": "Noise Spectral Density Curves",
+    "tf": "Transfer Function",
+    "sens": "Sensitivity Analysis",
 }
 _HEAD = 1 << 20  # bytes of a header: thousands of variables
 _TYPES = {"V": "voltage", "A": "current", "s": "time", "Hz": "frequency"}
@@ -57,7 +60,7 @@ def write_raw(
         If the file cannot be written.
     """
     names, table = solution.table(columns)
-    complex_ = solution.axis_name == "frequency"
+    complex_ = any(name.startswith("re(") for name in names)
     if complex_:
         # real and imaginary part are one variable; the frequency has an imaginary part of zero
         names = ["frequency", *(name[3:-1] for name in names[1::2])]

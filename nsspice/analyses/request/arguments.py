@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ...errors import Diagnostic, UsageError
 
 
@@ -93,6 +96,41 @@ def by_name(values: object, what: str, example: str) -> dict[str, Any]:
     if isinstance(values, Mapping):
         return dict(values)
     raise _refused(what, values, f"give a dict, such as {example}")
+
+
+def frequencies_of(values: object) -> npt.NDArray[np.float64]:
+    """Return frequencies [Hz], shape (k,), of a number or several.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for anything but finite numbers from 0 on.
+
+    Examples
+    --------
+    >>> frequencies_of(50.0), frequencies_of([0, 1e3])
+    (array([50.]), array([   0., 1000.]))
+    """
+    numbers: list[Any] = list(values) if np.ndim(values) else [values]  # type: ignore[call-overload, arg-type]
+    for value in numbers:
+        if not (finite(value) and value >= 0.0):
+            raise _refused("a frequency", value, "give finite numbers from 0 on [Hz]")
+    if not numbers:
+        raise _refused("the frequencies", numbers, "give at least one, such as [1e3]")
+    return np.array(numbers, dtype=np.float64)
+
+
+def instant_of(value: object, what: str, *, above_zero: bool = False) -> None:
+    """Check a time [s].
+
+    Raises
+    ------
+    UsageError
+        NS4005 for anything but a finite number from 0 on, or above 0.
+    """
+    if not finite(value) or value < 0.0 or (above_zero and value == 0.0):  # type: ignore[operator]
+        kind = "above 0" if above_zero else "from 0 on"
+        raise _refused(what, value, f"give a finite number {kind}, in seconds")
 
 
 def _refused(what: str, value: object, hint: str) -> UsageError:

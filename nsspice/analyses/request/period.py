@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 #: periods are multiples of each other up to so many roundings of numbers that decks state
 _SAME = 1e-9
+#: of more periods a fraction of one is lost in that
+_WHOLE = 0.1 / _SAME
 #: of the longest period
 _MULTIPLES = 10_000
 
@@ -37,6 +39,16 @@ def common(periods: Sequence[float]) -> float | None:
 
 
 def is_multiple(total: float, period: float) -> bool:
-    """Return whether a time holds a whole number of periods, up to rounding."""
+    """Return whether a time holds a whole number of periods, up to rounding.
+
+    Of so many periods that rounding hides whether they are whole it does not.
+
+    Examples
+    --------
+    >>> is_multiple(0.3, 0.1), is_multiple(0.35, 0.1), is_multiple(1e300, 0.1)
+    (True, False, False)
+    """
     ratio = total / period
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= _SAME * ratio
+    return (
+        0.5 < ratio <= _WHOLE and round(ratio) >= 1 and abs(ratio - round(ratio)) <= _SAME * ratio
+    )

@@ -27,6 +27,7 @@ import numpy as np
 from ...circuit import Circuit
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import LoopCard, PssCard
+from ..request.arguments import frequencies_of, name_of
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.row_sinks import hand_over
@@ -108,9 +109,9 @@ def loop(
     [(0.5-0.5j)]
     """
     need_circuit(circuit)
-    given = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
+    name = name_of(source, "a source", "vt").lower()
     request = Request(temperature=temperature, values=checked_values(circuit, values))
-    return run_loop(circuit, Loop(source.lower(), given), request)
+    return run_loop(circuit, Loop(name, frequencies_of(frequencies)), request)
 
 
 def run_loop(circuit: Circuit, analysis: Loop, request: Request) -> Solution:

@@ -11,6 +11,7 @@ import numpy as np
 from ...circuit import Circuit
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import AcCard, PssCard
+from ..request.arguments import frequencies_of, instant_of
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.row_sinks import hand_over
@@ -96,9 +97,14 @@ def ac(
     [(1+0j), (0.5-0.5j)]
     """
     need_circuit(circuit)
+    if period is not None:
+        instant_of(period, "a period", above_zero=True)
     card = next((c for c in circuit.deck.analyses if isinstance(c, AcCard)), None)
     if frequencies is not None:
-        analysis = Ac(np.atleast_1d(np.asarray(frequencies, dtype=np.float64)), sidebands)
+        if sidebands < 0:
+            hint = "give a whole number from 0 on"
+            raise UsageError(Diagnostic("NS4005", f"sidebands cannot be {sidebands}", hint=hint))
+        analysis = Ac(frequencies_of(frequencies), sidebands)
     elif card is not None:
         analysis = Ac.from_card(card)
     else:

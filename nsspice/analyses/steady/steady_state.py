@@ -26,6 +26,7 @@ from ...solvers.sdirk import Accuracy
 from ...solvers.shooting import StepMap, find_stepped_orbit, finer
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.failure import named_failure
+from ..request.arguments import finite, instant_of
 from ..request.cards import Tran
 from ..request.load import need_circuit
 from ..request.period import common, is_multiple
@@ -172,6 +173,12 @@ def pss(
     """
     need_circuit(circuit)
     check_on_failure(on_failure)
+    if period is not None:
+        instant_of(period, "a period", above_zero=True)
+    instant_of(settle, "the time to settle")
+    if not finite(level):
+        hint = "give a finite number"
+        raise UsageError(Diagnostic("NS4005", f"the level cannot be {level!r}", hint=hint))
     card = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
     analysis = Pss(period, trigger, level, settle, row_step)
     if card is not None and period is None and trigger is None:

@@ -24,7 +24,7 @@ LADDERS: Mapping[str, Mapping[str, Any]] = {
 
 #: longest steps, in units of the usual one
 _STEPS = (4.0, 1.0, 1.0 / 4.0, 1.0 / 16.0)
-_PATIENCE = 6.0  # [s] with one run of ngspice at least, its start included
+_PATIENCE = 10.0  # [s] with one run of ngspice at least, its start included
 
 
 def measure(
@@ -45,7 +45,7 @@ def measure(
     reference : Reference
     limit : float
         The ladder ends before a run that would take longer [s]; one that does all the same is given
-        up, after 6 s at least.
+        up, after 10 s at least.
     timer : Timer
     say : callable
         Called with a sentence before each run.

@@ -139,7 +139,7 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
             model.span,
             "ngspice takes those of an IRF540",
         )
-    if given.get("cgdmin", 0.0) > given.get("cgdmax", math.inf):
+    if "cgdmin" in given and given["cgdmin"] > given.get("cgdmax", math.inf):
         message = f"{owner}: cgdmin={given['cgdmin']:g} must not be above cgdmax"
         findings.error("NS2005", message, model.params["cgdmin"].span)
     limited(given, "m", STEEPEST, model, findings)

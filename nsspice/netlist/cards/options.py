@@ -5,7 +5,7 @@ from __future__ import annotations
 from ...errors import Span, suggest
 from ..deck import Param
 from ..elements.reading import flat
-from ..expressions.functions import ABSOLUTE_ZERO
+from ..expressions.functions import no_temperature
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item
@@ -110,9 +110,9 @@ def temperature(context: Context, line: Line) -> None:
 
 
 def above_absolute_zero(value: float, where: Span) -> float:
-    """Return a temperature [degrees Celsius]; Unreadable NS2005 if nothing can be so cold."""
-    if not value > ABSOLUTE_ZERO:
-        message = f"a temperature of {value:g} degrees Celsius is not above absolute zero"
+    """Return a temperature [degrees Celsius]; Unreadable NS2005 if no element can have it."""
+    if why := no_temperature(value):
+        message = f"a temperature of {value:g} degrees Celsius is {why}"
         raise Unreadable("NS2005", message, where, "temperatures are in degrees Celsius")
     return value
 

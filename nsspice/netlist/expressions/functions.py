@@ -95,6 +95,22 @@ UNSUPPORTED = {
 
 #: [degrees Celsius]
 ABSOLUTE_ZERO = -273.15
+#: no element is solid above it [degrees Celsius]: a number without its unit, or a slip
+HOTTEST = 1e4
+
+
+def no_temperature(value: float) -> str:
+    """Return why an element cannot have a temperature [degrees Celsius], nothing if it can.
+
+    Examples
+    --------
+    >>> no_temperature(-300.0), no_temperature(27.0)
+    ('not above absolute zero', '')
+    """
+    if not value > ABSOLUTE_ZERO:
+        return "not above absolute zero"
+    return "" if value <= HOTTEST else f"above {HOTTEST:g}, where no element is solid"
+
 
 #: constants that a parameter of the same name hides
 CONSTANTS = {
