@@ -1,17 +1,22 @@
-"""Words that an outsider cannot look up, and the field's own: `python tools/words.py [FILE ...]`.
+"""Words that an outsider cannot look up, and English that nobody writes: `python tools/words.py`.
 
-Exits with 1 if one of them is used.  Without arguments all pages of the documentation and all
-comments of the compiled core are read.
+Exits with 1 if one of them is used in the files named as arguments; without any, all pages of the
+documentation and the comments of the compiled core are read, and for their English also the
+changelog and the docstrings and comments of the package.
 """
 
 from __future__ import annotations
 
+import ast
+import io
 import re
 import sys
+import tokenize
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-CORE = ROOT / "nsspice" / "core" / "src"
+PACKAGE = ROOT / "nsspice"
+CORE = PACKAGE / "core" / "src"
 
 #: titles of netlists and figures of measurements, written by tools
 GENERATED = {"work-precision.md", "hard-cases.md"}
@@ -37,12 +42,41 @@ WORDS = {
     r"ladders? of (?:steps|lengths)|rungs?": "step-size levels",
     r"is told by|told apart": "is determined by; distinguished",
 }
-PATTERNS = [(re.compile(rf"\b(?:{word})\b", re.IGNORECASE), field) for word, field in WORDS.items()]
-_CODE = re.compile(r"^ *```.*?^ *```|`[^`\n]*`|\]\([^)]*\)", flags=re.DOTALL | re.MULTILINE)
+#: literal translations: what a native speaker writes
+ENGLISH = {
+    r"stands?(?! (?:for|out|by)\b)": "is, is given, is listed, appears",
+    r"tells?|told": "says, reports, shows, determines, distinguishes",
+    r"whatever(?! the sources do)": "for any, regardless of",
+    r"belongs? into": "belongs in",
+    r"some (?:milli|micro|nano)?(?:seconds|volts|amperes|metres)": "a few milliseconds",
+    r"of no importance": "does not matter",
+    r"anew": "again, new",
+    r"beside": "next to, with, compared with",
+    r"in silence": "silently",
+    r"need be": "if necessary",
+    r"as (?:it|they) stands?": "as it is",
+}
 
 
-def findings(text: str) -> list[tuple[int, str, str]]:
-    """Return line, word and what the field says, outside of code and links.
+def compiled(words: dict[str, str]) -> list[tuple[re.Pattern[str], str]]:
+    """Return the patterns of a table, each with what to write."""
+    return [(re.compile(rf"\b(?:{word})\b", re.IGNORECASE), say) for word, say in words.items()]
+
+
+_ENGLISH = compiled(ENGLISH)
+PATTERNS = compiled(WORDS) + _ENGLISH
+_CODE = re.compile(
+    r"^ *```.*?^ *```|``[^`]*``|`[^`\n]*`|\]\([^)]*\)", flags=re.DOTALL | re.MULTILINE
+)
+
+#: lines of docstrings that are code: examples, and parameters with their types
+_NO_PROSE = re.compile(r" *(?:>>>|\.\.\.|[\w*, ]+ : )")
+
+
+def findings(
+    text: str, patterns: list[tuple[re.Pattern[str], str]] = PATTERNS
+) -> list[tuple[int, str, str]]:
+    """Return line, word and what to say, outside of code and links.
 
     Examples
     --------
@@ -51,7 +85,7 @@ def findings(text: str) -> list[tuple[int, str, str]]:
     """
     prose = _CODE.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
     found = []
-    for pattern, field in PATTERNS:
+    for pattern, field in patterns:
         for match in pattern.finditer(prose):
             found.append((prose.count("\n", 0, match.start()) + 1, match[0], field))
     return sorted(found)
@@ -75,14 +109,43 @@ def comments_of(source: str) -> str:
     return "\n".join(lines)
 
 
+def docstrings_of(source: str) -> str:
+    """Return the docstrings and comments of Python code, line by line.
+
+    Examples
+    --------
+    >>> docstrings_of('stands = "stands"  # stands\\n')
+    '# stands\\n'
+    """
+    lines = source.split("\n")
+    found = [""] * len(lines)
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            found[token.start[0] - 1] = token.string
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            for k in range(node.lineno - 1, node.end_lineno or node.lineno):
+                found[k] = "" if _NO_PROSE.match(lines[k]) else lines[k]
+    return "\n".join(found)
+
+
+def read(page: Path) -> tuple[str, list[tuple[re.Pattern[str], str]]]:
+    """Return the prose of a file, and the patterns for it."""
+    text = page.read_text("utf-8")
+    if page.suffix == ".rs":
+        return comments_of(text), PATTERNS
+    if page.suffix == ".py":
+        return docstrings_of(text), _ENGLISH
+    return text, _ENGLISH if page.name == "CHANGELOG.md" else PATTERNS
+
+
 def main(names: list[str]) -> int:
     """Print what was found in the files; return the exit code."""
-    files = [Path(n) for n in names] or [*pages_of(ROOT), *sorted(CORE.rglob("*.rs"))]
+    code = [*sorted(CORE.rglob("*.rs")), *sorted(PACKAGE.rglob("*.py"))]
+    files = [Path(n) for n in names] or [*pages_of(ROOT), ROOT / "CHANGELOG.md", *code]
     count = 0
     for page in files:
-        text = page.read_text("utf-8")
-        text = comments_of(text) if page.suffix == ".rs" else text
-        for line, word, field in findings(text):
+        for line, word, field in findings(*read(page)):
             print(f"{page}:{line}: {word!r}: say {field}")
             count += 1
     return 1 if count else 0

@@ -2,8 +2,8 @@
 
 A voltage depends on all elements that meet at its node, these on their other nodes and on what they
 sense.  Nothing depends on what only senses: a controlled source is a buffer.  The potential of a
-node that voltage sources hold against ground depends on these sources alone, whatever else they
-feed, as long as nobody asks for their currents.
+node that voltage sources hold against ground depends on these sources alone, and not on what else
+they feed, as long as nobody asks for their currents.
 """
 
 from __future__ import annotations

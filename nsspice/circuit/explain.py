@@ -77,8 +77,8 @@ class IslandExplanation:
     told : Told
         How it is solved, and what decides its cost.
     trajectory : tuple of Verdict
-        Of an island that stores energy: whether each short step has one solution, whatever the
-        sources do, and whether what is stored has one trajectory at most.
+        Of an island that stores energy: whether each short step has one solution for all
+        sources, and whether what is stored has one trajectory at most.
     """
 
     number: int

@@ -1,7 +1,7 @@
 """The spanning tree of the heaviest branches: its voltages are the unknowns of a network.
 
-Node voltages are sums of them.  In these coordinates the equations stay well conditioned, whatever
-the values are: every branch outside the tree closes a loop through branches of at least its own
+Node voltages are sums of them.  In these coordinates the equations stay well conditioned for any
+values: every branch outside the tree closes a loop through branches of at least its own
 weight, and what little current or voltage it has is not the difference of large numbers.
 """
 

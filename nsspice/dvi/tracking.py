@@ -20,7 +20,7 @@ Floats = npt.NDArray[np.float64]
 
 #: relative residuals below this are no reason for a closer look
 _FINE = 1e-9
-#: where so large a part of the terms is left a point is no solution, whatever Newton's method does
+#: where so large a part of the terms is left a point is not a solution
 _ROUGH = 0.1
 #: a Newton step shorter by this factor than the one before converges superlinearly
 _SHRINK = 0.1

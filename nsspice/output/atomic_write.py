@@ -1,7 +1,7 @@
 """Files that appear under their name when they are whole.
 
 Rows are written into ``NAME.part`` next to the file and the part is renamed at the end: a run that
-is killed leaves a part, and whatever was under the name before.  A symbolic link stays one: the
+is killed leaves a part, and any older file under the name.  A symbolic link stays one: the
 file behind it is replaced.
 """
 

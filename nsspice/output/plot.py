@@ -154,7 +154,7 @@ def panels_of(
 ) -> list[tuple[str, list[str]]]:
     """Return the signals of each panel with their unit: one panel for each unit and scale.
 
-    A group of names is a panel as it is.  Signals that would be flat beside larger ones of the
+    A group of names is a panel as it is.  Signals that would be flat next to larger ones of the
     same unit have a panel of their own.
     """
     panels: list[tuple[str, list[str]]] = []

@@ -69,7 +69,7 @@ def write_raw(
     if solution.axis_name and types[0] == "notype":
         types[0] = "voltage" if solution.axis_name.startswith("v") else "notype"
     lines = [
-        # a title must stay on its line, whatever the deck says
+        # a title must stay on its line
         f"Title: {_title(solution)}",
         "Date: -",  # no clock: two runs of a deck give identical bytes
         f"Plotname: {_PLOTS[solution.analysis]}",

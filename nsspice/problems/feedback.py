@@ -1,6 +1,6 @@
 """Which switches act upon their own control: the order in which unknowns follow from each other.
 
-Each unknown is matched with an equation of its own, and depends on what else stands there; the
+Each unknown is matched with an equation of its own, and depends on what else appears there; the
 multiplier of a pair with the equation of its slack, in which that of a switch also has what
 controls it.  If a switch cannot be reached from its own control, the control is decided apart from
 the switch, and so is its state.  Patterns alone are looked at, no values.

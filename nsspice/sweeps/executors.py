@@ -163,7 +163,7 @@ def _dask(address: str) -> Any:
 
 
 class _Processes:
-    """Processes of this machine, started anew when one of them has died."""
+    """Processes of this machine, restarted when one of them has died."""
 
     def __init__(self, plan: Plan, count: int) -> None:
         self._plan, self._count = plan, count

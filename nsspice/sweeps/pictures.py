@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 #: values over several decades go on a logarithmic scale
 _DECADES = 30.0
-_CURVES = 24  # of one panel; more cannot be told apart
+_CURVES = 24  # of one panel; more cannot be distinguished
 _LEVELS = 16  # of contours
 _LONGEST = 90  # characters of a title or label
 _QUANTILES = (0.05, 0.5, 0.95)

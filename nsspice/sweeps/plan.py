@@ -100,7 +100,7 @@ class Plan:
         given = {**dict(self.overrides), **params}
         deck = parse_text(self.text, self.file, given, folder, self.confined, self.cards)
         deck.overrides, deck.confined, deck.source = given, self.confined, self.text
-        deck.steps = []  # the sweep stands in their place
+        deck.steps = []  # the sweep replaces them
         return deck
 
     @classmethod
@@ -136,7 +136,7 @@ def measure_cards(deck: Deck, measures: Mapping[str, str]) -> tuple[str, ...]:
     ----------
     deck : Deck
     measures : mapping of str to str
-        What stands behind the name on a card: ``"AVG v(out) FROM=1m TO=2m"``; with the kind of
+        What follows the name on a card: ``"AVG v(out) FROM=1m TO=2m"``; with the kind of
         analysis before it if the deck has several.
 
     Raises

@@ -1,4 +1,4 @@
-"""Runs of some points of a sweep, one after the other, in whatever process this is."""
+"""Runs of some points of a sweep, one after the other, in this process."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ from .uniqueness import Watcher
 if TYPE_CHECKING:
     from .expression_check import ExpressionCheck
 
-#: Numbers recorded at most if every step is: some milliseconds of checking.
+#: Numbers recorded at most if every step is: a few milliseconds of checking.
 _ALL = 40_000
 #: Otherwise one in this many steps is recorded, and those that change the mode: each of the first
 #: thousand, later as many as cost little compared with the run.

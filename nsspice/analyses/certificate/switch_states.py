@@ -1,7 +1,7 @@
 """The operating points of a circuit whose switches control themselves, state by state.
 
 In each combination of states of such switches the circuit is a problem without them: a closed one
-is a branch of its own, an open one is absent.  A solution counts where it tells every switch to be
+is a branch of its own, an open one is absent.  A solution counts if it keeps every switch
 as it is.
 """
 

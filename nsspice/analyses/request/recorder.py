@@ -75,7 +75,7 @@ class Recorder:
         for home, local_name in self.beside:
             if local_name not in self.local[home]:
                 self.local[home].append(local_name)
-        # islands stand side by side in the recorded block: renumber from order of appearance
+        # islands are side by side in the recorded block: renumber from order of appearance
         if len(self.local) > 1:
             starts = list(accumulate(map(len, self.local), initial=0))
             position = [starts[home] + index for home, index in numbered]

@@ -118,7 +118,7 @@ def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
 
 
 def as_controlled(system: DescriptorSystem, z: Floats) -> DescriptorSystem:
-    """Return a system whose switches begin as a point (n,) tells them: ``.nodeset`` picks states.
+    """Return a system whose switches begin as a point (n,) requires: ``.nodeset`` picks states.
 
     A switch whose control is not given, or lies between its thresholds, begins as it is.
     """

@@ -169,7 +169,7 @@ class IslandRunner:
     def _longest_step(self, static: bool) -> float:
         """Return the longest step with error control [s].
 
-        Static solutions have no errors of steps that would tell how fast they change: what shows in
+        Static solutions have no errors of steps that would show how fast they change: what shows in
         the rows is seen between them, too.
         """
         longest = self.analysis.longest_step(self.settings.step, self.mna.system.timed)

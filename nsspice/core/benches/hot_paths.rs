@@ -87,7 +87,7 @@ fn run(smooth: bool) -> (Duration, u64) {
     (begin.elapsed(), stepper.statistics().steps)
 }
 
-/// The time of so many units of a run, of which `count` tells how many one has.
+/// The time of so many units of a run, of which a run has `count`.
 fn per_unit(times: u64, run: impl Fn() -> (Duration, u64)) -> Duration {
     let (mut spent, mut units) = (0.0, 0);
     while units < times {

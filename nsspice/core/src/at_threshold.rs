@@ -10,7 +10,7 @@ use crate::switch::Switch;
 /// A control that was nearer than this part of its swing when last seen away from its threshold has not come
 /// there but decayed: an exponential that falls below rounding (1e-13) between two looks, a tenth of a segment
 /// apart, is below `1e-13^0.9` at the first; a step of an implicit formula reduces it by far less than 1e-7.
-/// No test tells a decade more or less.
+/// No test distinguishes a decade more or less.
 pub const FADED: f64 = 1e-6;
 
 /// What is known of the controls of all switches.
@@ -48,7 +48,7 @@ impl Resting {
         self.near[switch]
     }
 
-    /// Notes how far it was late in a motion to the threshold, in the same way; `before` tells that it was there
+    /// Notes how far it was late in a motion to the threshold, in the same way; `before` says that it was there
     /// when the motion began. One that is there already has decayed.
     pub fn pass(&mut self, switch: usize, distance: f64, known: f64, before: bool) {
         if distance.abs() > known {

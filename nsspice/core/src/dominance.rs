@@ -6,9 +6,9 @@ use crate::rounding::of_entries;
 use crate::sparse::Csc;
 
 impl Linear {
-    /// Whether `B = A'`, and `D + D'` and what is left of `G + G'` beside positive conductances are positive
+    /// Whether `B = A'`, and `D + D'` and what is left of `G + G'` without positive conductances are positive
     /// semidefinite because their diagonals dominate.  Many passive networks are not of this kind: eigenvalues
-    /// have to tell then.
+    /// have to decide then.
     pub fn dominant_beside(&self, rest: &Csc) -> bool {
         transposes(&self.a, &self.b) && dominates(&self.d) && dominates(rest)
     }

@@ -7,7 +7,7 @@ use crate::audit::TOLERANCE;
 pub enum Home<'a> {
     /// into the table
     Table,
-    /// beside the table, both sides of jumps alone
+    /// besides the table, both sides of jumps alone
     Beside(&'a mut Vec<f64>),
 }
 
@@ -24,7 +24,7 @@ pub struct Sides {
 }
 
 impl Sides {
-    /// Takes the row before an instant, unless there is one already: whatever lies between is at the
+    /// Takes the row before an instant, unless there is one already: everything between is at the
     /// same instant.
     pub fn left(&mut self, row: &[f64]) {
         if !self.open {

@@ -88,7 +88,7 @@ impl Factor {
     }
 
     /// Factorises a matrix that differs from the last one in the given rows only; the sparse
-    /// factorisation computes only what depends on them, as long as the old pivots serve.  Tells how much.
+    /// factorisation computes only what depends on them, as long as the old pivots serve.  Returns how much.
     pub fn refactor_rows(&mut self, a: &Csc, rows: &[usize]) -> Extent {
         match self {
             Factor::Dense(f) => {

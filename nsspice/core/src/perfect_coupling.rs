@@ -1,4 +1,4 @@
-//! Perfectly coupled inductors: ratios of voltages in the place of some of their laws.
+//! Perfectly coupled inductors: ratios of voltages instead of some of their laws.
 //!
 //! The inductances of perfectly coupled windings are a singular matrix: their fluxes are those of fewer
 //! currents.  So multiples of the laws of some windings, added to those of the others, leave nothing
@@ -28,7 +28,7 @@ impl Multiples {
     }
 }
 
-/// The laws of windings that others make free of fluxes: those of the windings that tell no flux of a core.
+/// The laws of windings that others make free of fluxes: those of the windings that determine no flux of a core.
 pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
     let mut winding = vec![false; e.nrows];
     e.iter().filter(|e| e.0 == e.1 && e.2 != 0.0).for_each(|(r, ..)| winding[r] = row_kind[r] != 0);
@@ -48,7 +48,7 @@ pub fn laws_without_storage(e: &Csc, row_kind: &[u8]) -> Vec<Multiples> {
 mod tests {
     use super::*;
 
-    /// Inductances of windings 1 to 3 behind node 0, of so many turns on one core, with a leakage beside.
+    /// Inductances of windings 1 to 3 behind node 0, of so many turns on one core, with a leakage in addition.
     fn windings(turns: [f64; 3], leakage: f64) -> Csc {
         let pairs = (0..3).flat_map(|r| (0..3).map(move |c| (r, c)));
         let own = |r: usize, c: usize| if r == c { leakage } else { 0.0 };

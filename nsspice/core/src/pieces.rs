@@ -2,13 +2,13 @@
 //!
 //! Through them goes one polynomial that errs about as little as any of its degree (L. N. Trefethen,
 //! *Approximation Theory and Approximation Practice* (2013), chapters 2 and 8).  How fast its coefficients
-//! fall tells how well it follows what the points were taken from.
+//! fall shows how well it follows what the points were taken from.
 
 use std::f64::consts::PI;
 
 /// Numbers kept at most in a run: what rings for ever has no end of pieces.
 const MOST: usize = 1 << 25;
-/// Coefficients that tell whether a polynomial follows a function: the last ones.
+/// Coefficients that show whether a polynomial follows a function: the last ones.
 const LAST: usize = 3;
 
 /// Pieces of some outputs within some instants.
@@ -95,7 +95,7 @@ impl Pieces {
     }
 
     /// Whether the polynomials of the piece begun last follow the outputs: their last coefficients are below
-    /// `tolerance` beside the values in the piece, or `floor` beside the largest so far.
+    /// `tolerance` relative to the values in the piece, or `floor` relative to the largest so far.
     pub fn follows(&self, tolerance: f64, floor: f64) -> bool {
         let values = &self.kept[self.kept.len() - self.size() + 2..];
         let all = values.chunks_exact(self.places.len()).zip(&self.largest);
@@ -171,7 +171,7 @@ impl Pieces {
     }
 }
 
-/// Whether the last coefficients of the polynomial through `values` are below `tolerance` beside these, or a
+/// Whether the last coefficients of the polynomial through `values` are below `tolerance` relative to these, or a
 /// `floor`.
 fn follows(last: &[Vec<f64>], values: &[f64], tolerance: f64, floor: f64) -> bool {
     let size = values.iter().fold(0.0f64, |size, v| size.max(v.abs()));

@@ -8,7 +8,7 @@ pub const TRACE: f64 = 1e-30;
 
 /// What candidates for pivots are compared with where rows are not equilibrated: the largest entries of the
 /// columns of a matrix and of its rows, but for unknowns that a row of their own gives.  In a law that contains
-/// the slopes of blocking junctions beside these 1e-25 is no trace of anything larger.
+/// the slopes of blocking junctions next to these 1e-25 is no trace of anything larger.
 #[derive(Clone, Debug, Default)]
 pub struct Sizes {
     rows: Vec<f64>,

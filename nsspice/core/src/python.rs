@@ -87,7 +87,7 @@ fn fill(
 type EventArrays<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
 
-/// In the order of time: an engine may tell of one event behind the next.
+/// In the order of time: an engine may report one event behind the next.
 fn event_arrays<'py>(py: Python<'py>, events: &[(f64, usize, bool)]) -> EventArrays<'py> {
     let mut events = std::borrow::Cow::Borrowed(events);
     if !events.is_sorted_by(|a, b| a.0 <= b.0) {

@@ -1,6 +1,6 @@
 //! Bounds of rounding, from which allowances of the core are derived.
 //!
-//! With the unit roundoff `u` a sum of `n` numbers errs by at most `n u` of the sum of their sizes, in whatever order
+//! With the unit roundoff `u` a sum of `n` numbers errs by at most `n u` of the sum of their sizes, in any order
 //! it is formed, and a system of `n` equations that is solved by elimination is solved exactly for entries that are
 //! off by `3 n u` of the factors' sizes, whose growth is below 8 as a rule (N. J. Higham, Accuracy and Stability of
 //! Numerical Algorithms, 2nd ed., SIAM 2002, section 4.2, theorem 9.4 and section 9.4).

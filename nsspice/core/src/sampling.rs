@@ -15,7 +15,7 @@ const AGAIN: u32 = 2;
 /// A switch that stays as it is for so many looks has ceased to chatter.
 const QUIET: u32 = 16;
 /// So has one whose control has gone away from its threshold at so many looks in a row: what slides is driven
-/// back to it by either state of the switch (Filippov), whatever the time between two looks.
+/// back to it by either state of the switch (Filippov), for any time between two looks.
 const LEAVING: u32 = 3;
 
 /// Which switches are sampled, and when.
@@ -143,7 +143,7 @@ impl Sampling {
     }
 }
 
-/// The latest time that cannot be told from this one.
+/// The latest time that cannot be distinguished from this one.
 fn latest(time: f64) -> f64 {
     time + INSTANT * time.abs()
 }

@@ -16,8 +16,8 @@ pub struct Given {
     pub others: Vec<(usize, f64)>,
 }
 
-/// Finds such unknowns by laws in which nothing is stored and no pair stands; `functions` are the laws in which
-/// functions stand.
+/// Finds such unknowns by laws in which nothing is stored and no pair appears; `functions` are the laws in which
+/// functions appear.
 pub fn given_by_sources(
     linear: &Linear,
     functions: impl Iterator<Item = usize>,

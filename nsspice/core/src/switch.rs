@@ -2,7 +2,7 @@
 //!
 //! The gate is up above one threshold, down below the other, and unchanged in between.  It opens and
 //! closes a pair, or lets one be a diode that it cannot open while a current flows: a thyristor.  What a
-//! switch is stands here; the states of the gates are those of the engine that runs it.
+//! switch is is defined here; the states of the gates are those of the engine that runs it.
 
 use crate::mlcp::Role;
 
@@ -62,7 +62,7 @@ impl Switch {
         }
     }
 
-    /// Whether the gate stays as it is whatever the control does, if the pair `conducts`.
+    /// Whether the gate stays as it is regardless of the control, if the pair `conducts`.
     #[inline]
     pub fn held(&self, gate: bool, conducts: bool) -> bool {
         conducts && self.role(gate) == Role::Diode
@@ -74,7 +74,7 @@ impl Switch {
         matches!(self.at_threshold, AtThreshold::Is(_))
     }
 
-    /// Whether the gate turns where the control stays at the threshold that turns it; `settled` tells that it has
+    /// Whether the gate turns where the control stays at the threshold that turns it; `settled` says that it has
     /// done so since the control came there.
     pub fn turns_at_rest(&self, gate: bool, settled: bool) -> bool {
         match self.at_threshold {

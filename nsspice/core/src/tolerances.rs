@@ -1,4 +1,4 @@
-//! What all solvers of the core accept, and what is none beside the rest of a network.
+//! What all solvers of the core accept, and what is negligible next to the rest of a network.
 
 /// Largest relative residual of an accepted solution: a hundredth of what the certificate grants (`audit::TOLERANCE`),
 /// and a thousand times what rounding leaves of one (`rounding::OF_SOLUTION`).

@@ -35,7 +35,7 @@ const NODES: usize = 6;
 type Edge = (isize, isize, f64);
 
 /// A chain of nodes, 1 uF from each to ground and 1 Ohm between neighbours, behind a current source, in the voltages
-/// between neighbours; if asked for, a diode floats beside it: 1 pF from its one end to that of the chain, and
+/// between neighbours; if asked for, a diode floats next to it: 1 pF from its one end to that of the chain, and
 /// nothing else.
 fn chain(floating: bool) -> (Linear, Vec<Edge>, Vec<Edge>, Coordinates) {
     let n = NODES + usize::from(floating);

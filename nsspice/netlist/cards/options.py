@@ -25,7 +25,7 @@ FORMS = {
     "plotwinsize", "post", "probe", "rawpts", "savecurrents", "startclocks", "warn", "warnlimit",
     "width",
 }  # fmt: skip
-#: options that steer the numerics of other simulators: they have no effect here, and are told so
+#: options that steer the numerics of other simulators: they have no effect (a warning)
 FOREIGN = {
     "absi", "absv", "accurate", "autostop", "badmos3", "bypass", "chgtol", "cptime", "delmax",
     "fast", "gmindc", "gminsteps", "interp", "itl1", "itl2", "itl3", "itl4", "itl5", "itl6", "klu",

@@ -55,7 +55,7 @@ impl Arrays {
     }
 }
 
-/// Where charges and fluxes stand, and pairs.
+/// Where charges and fluxes are, and pairs.
 pub(super) struct Places {
     /// rows that hold at every instant: no charge or flux in them
     pub algebraic: Vec<bool>,

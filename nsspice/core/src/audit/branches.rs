@@ -1,10 +1,10 @@
-//! Inductors and sources, each beside the voltages that it has had itself.
+//! Inductors and sources, each relative to its own voltages so far.
 //!
-//! Elsewhere rounding is measured by the largest voltage and current and by the shortest time that rates stand for
-//! (see [`super::rounding`]): beside picoseconds any voltage across an inductor of amperes would be none.  The
+//! Elsewhere rounding is measured by the largest voltage and current and by the shortest time that rates represent
+//! (see [`super::rounding`]): next to picoseconds any voltage across an inductor of amperes would be none.  The
 //! constitutive equation of a branch is known better.  Its flux has the rounding of the currents that meet at its
-//! ends, a quotient of increments that of the flux over the step, the rate of a closed form none beside the voltages
-//! that make it; and whatever rounding may be, it excuses no more than [`EXCUSED`] of the largest voltage that the
+//! ends, a quotient of increments that of the flux over the step, the rate of a closed form none relative to the
+//! voltages that make it; and any rounding excuses no more than [`EXCUSED`] of the largest voltage that the
 //! branch itself has had so far.
 
 use super::judge::EXCUSED;
@@ -14,11 +14,11 @@ use super::TOLERANCE;
 
 /// Constitutive equations of branches.
 pub struct Branches {
-    /// of each branch: the unknowns of the currents whose rates stand in its equation, and their inductances
+    /// of each branch: the unknowns of the currents whose rates appear in its equation, and their inductances
     inductances: Vec<Vec<(usize, f64)>>,
     /// of each current: the nodes between which it flows
     ends: Vec<Vec<usize>>,
-    /// equations in which functions stand: known to what their slopes make of the rounding of what they read
+    /// equations that contain functions: known to what their slopes make of the rounding of what they read
     functional: Vec<bool>,
     /// largest sum of the sizes of the terms of each equation so far
     terms: Vec<f64>,
@@ -46,7 +46,7 @@ impl Branches {
     }
 
     /// The voltage that rounding may make of a branch, in units of the tolerance: `share` of what the `largest` values
-    /// bring, and at a rate of the fluxes, beside terms of these `sizes` at the point.
+    /// bring, and at a rate of the fluxes, next to terms of these `sizes` at the point.
     pub fn floor(
         &self,
         row: usize,

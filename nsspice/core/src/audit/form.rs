@@ -28,7 +28,7 @@ pub struct Form {
 }
 
 impl Form {
-    /// Takes a matrix and the elements between nodes that it is the sum of, beside others.
+    /// Takes a matrix and the elements between nodes that it is the sum of, with others.
     pub fn new(matrix: &Csc, edges: &[Edge], coordinates: &Coordinates) -> Form {
         // a static form of the system has left its capacitors out
         let edges = if matrix.values.is_empty() { &[][..] } else { edges };
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn windings_without_leakage_are_one_square() {
-        // 1, 4 and 9 H, beside a leakage of 0.1 H in the second case
+        // 1, 4 and 9 H, with a leakage of 0.1 H in the second case
         for leakage in [0.0, 0.1] {
             let turns = [1.0, 2.0, -3.0];
             let mut entries: Vec<_> =

@@ -1,7 +1,7 @@
 //! Laws of currents that connect inductors alone, right after a jump: so are their rates.
 //!
 //! With `L di/dt = e`, `e` the voltages that the other terms of the laws of the inductors leave, a law `k' i = 0` asks
-//! for `k' L^-1 e = 0`.  It tells potentials that no current depends on otherwise, and that a step shows as the
+//! for `k' L^-1 e = 0`.  It determines potentials that no current depends on otherwise, and that a step shows as the
 //! rounding of fluxes over its length.
 
 use super::judge::Point;
@@ -33,7 +33,7 @@ pub(super) struct CutSets {
 
 impl CutSets {
     /// Those of a linear network without sources and pairs in them; None if there are none, or if what inductors store
-    /// does not tell their currents.
+    /// does not determine their currents.
     pub fn new(linear: &Linear) -> Option<CutSets> {
         let stores = stored_columns(&linear.e);
         let inductors: Vec<usize> =
@@ -89,7 +89,7 @@ impl CutSets {
         s.add_both(1.0, at.u, &mut rest, &mut sizes);
         g.add_both(-1.0, at.z, &mut rest, &mut sizes);
         a.add_both(-1.0, at.l, &mut rest, &mut sizes);
-        // what is known of a law beside the largest of its kind
+        // what is known of a law relative to the largest of its kind
         let largest = self.inductors.iter().fold(0.0, |most, &row| f64::max(most, sizes[row]));
         let rate = |k: usize| {
             let terms = self.inverse.row(k).iter().zip(&self.inductors);

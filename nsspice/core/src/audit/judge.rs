@@ -64,9 +64,9 @@ fn beyond(value: f64, slack: f64) -> f64 {
 }
 
 /// A law of currents of which too little is known where potentials are far from all that sources (the largest value of
-/// each so far, `given`: a sine at its zero is small beside a threshold) and thresholds [V] give (at teravolts junctions
-/// and ohms carry anything): rounding of its terms exceeds a part of the currents that counts; or the law is plainly
-/// broken, and only rounding of what it does not depend on would excuse that.
+/// each so far, `given`: a sine at its zero is small next to a threshold) and thresholds [V] give (at teravolts
+/// junctions and ohms carry anything): rounding of its terms exceeds a part of the currents that counts; or the law
+/// is plainly broken, and only rounding of what it does not depend on would excuse that.
 fn unknown_law(
     kinds: &[u8],
     point: &Point,
@@ -216,7 +216,7 @@ impl Auditor {
         }
     }
 
-    /// Judges the points taken so far once they are many: the memory of a block is bounded, whatever
+    /// Judges the points taken so far once they are many: the memory of a block is bounded, for any
     /// was handed over in one call.
     pub(super) fn judge_full(&mut self) {
         if self.block.error.len() + self.block.l.len() >= FULL {
@@ -400,7 +400,7 @@ mod tests {
             let sizes = (&[0.0; 2][..], &[1.8e-5, 0.6][..]);
             unknown_law(&kinds, &point, sizes, matrices, known, |_| None)
         };
-        // beside nothing but the present value even 0.6 V would be far away
+        // relative to the present value alone even 0.6 V would be far away
         assert_eq!(judge(2.8e-14, 0.0), Some(0));
         assert_eq!([judge(10.0, 0.0), judge(2.8e-14, 0.6)], [None; 2]);
     }

@@ -7,7 +7,7 @@ impl Auditor {
     /// Adds what impulses bring to each law over a jump to the sizes of the rest of it, but no more of
     /// currents and potentials than something calls for.
     ///
-    /// A closed switch beside a conducting diode is a loop in which any current may go round, that of a
+    /// A closed switch next to a conducting diode is a loop in which any current may go round, that of a
     /// jump as well, and of a part without ground any potential may jump.  A law would hold to the
     /// rounding of such a value, however much of the charge that the jump moves is lost in it.  What a
     /// branch has to carry leaves the network in stores, resistances, controlled sources or sources: the
@@ -100,7 +100,7 @@ impl Auditor {
         let worth = rows.map(|(((s, before), after), algebraic)| {
             s * if *algebraic { before.abs() } else { before.abs() + after.abs() }
         });
-        // charges that are given stand in no unknowns
+        // charges that are given are in no unknowns
         ratio(open, worth.sum::<f64>().max(energy))
     }
 }
@@ -166,7 +166,7 @@ mod tests {
         // both capacitors at 1 V, or the first discharged beyond that: 4 V s A of reverse voltage
         assert!(found(0.0, [0.0; 2], 0.0) > 1e-3);
         assert!(found(0.9, [0.0; 2], 0.0) > 1e-3);
-        // a charge that stops halfway leaves a forward voltage, which complementarity tells
+        // a charge that stops halfway leaves a forward voltage, which complementarity shows
         assert!(found(1.5, [0.0; 2], 0.0) < TOLERANCE);
         // of what goes round through both, the threshold takes its part
         assert!(found(1.0, [0.0, 0.1], 0.0) > TOLERANCE);

@@ -44,7 +44,7 @@ impl Functions {
     }
 
     /// Adds what rounding of the values at the last point, and of the largest voltage and current
-    /// there, is measured by: in laws, and over the time that rates stand for.  If that `part` of them is
+    /// there, is measured by: in laws, and over the time that rates represent.  If that `part` of them is
     /// as much as the curvature of junctions explains, their slopes explain any current, and none is excused.
     pub fn add_sizes(
         &mut self,
@@ -128,7 +128,7 @@ pub struct Auditor {
     pub boundaries: Boundaries,
     /// what came of it
     pub found: Found,
-    /// source values; none where records do not tell instants
+    /// source values; none where records have no instants
     pub sources: Option<Sources>,
     /// inductor cut-sets
     pub(super) cut_sets: Option<CutSets>,
@@ -262,7 +262,7 @@ impl Auditor {
         // states of equal energy are turned into one another: charge becomes flux by rounding
         let mut energy =
             sides.iter().fold(0.0f64, |a, z| a.max(0.5 * self.arrays.storage.at(|k| z[k])));
-        // given charges stand in no unknowns
+        // given charges are in no unknowns
         for (row, (&charge, &kind)) in sizes.iter().zip(&self.arrays.kinds).enumerate() {
             energy = energy.max(self.reach.energy(row, kind, charge));
         }

@@ -110,7 +110,7 @@ impl Powers {
         power + smooth
     }
 
-    /// The same beside the voltages and currents of a point, each where it is.
+    /// The same relative to the voltages and currents of a point, each where it is.
     #[cold]
     pub fn rounding_at(&self, (points, time): (u64, f64), [z, l, f]: [&[f64]; 3]) -> f64 {
         let size: Vec<f64> = z.iter().map(|v| v.abs()).collect();

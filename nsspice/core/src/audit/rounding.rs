@@ -173,7 +173,7 @@ impl Auditor {
             let largest = parts.of(row).map_or(largest, of_part);
             let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
             let stored = 2.0 * rate * reach.content(row, &largest);
-            // times the tolerance, far below all ranges of values: whatever the law makes of smaller ones
+            // times the tolerance, far below all ranges of values: regardless of smaller ones
             let none = f64::EPSILON * unit.largest[usize::from(1 - kind)];
             *own = (share * (acting + stored)).max(settled * acting).max(none);
             if let Some(part) = parts.of(row) {

@@ -86,7 +86,7 @@ struct Totals {
     instants: f64,
     /// all of it without signs, of a state_jump as much as counts
     moved: f64,
-    /// largest stored energy, as the sums tell it
+    /// largest stored energy, according to the sums
     peak: f64,
     steps: u64,
 }
@@ -116,7 +116,7 @@ impl Totals {
         self.steps += 1;
     }
 
-    /// Stored energy as the sums tell it.
+    /// Stored energy according to the sums.
     fn expected(&self) -> f64 {
         let begin = self.first.unwrap_or(0.0) + self.jumped;
         begin + (self.delivered - self.dissipated - self.scheme)
@@ -129,7 +129,7 @@ struct Rounding {
     /// as energy, and that of steps beyond all others
     held: f64,
     state_jumps: f64,
-    /// sum of the binary exponents of what was told of it, and how many
+    /// sum of the binary exponents of its parts, and how many
     usual: (i64, i64),
     /// points and time of steps since then, and the largest voltage and current of the last point
     recent: (u64, f64),
@@ -362,7 +362,7 @@ impl Sums {
             dissipated: self.totals.dissipated,
             scheme: self.totals.scheme - self.totals.instants,
             instants: self.totals.instants,
-            // beside sources at work elsewhere, a network at rest moves with their rounding
+            // next to active sources elsewhere, a network at rest moves with their rounding
             turned: self.totals.moved
                 + self.totals.peak.max(first.abs()).max(last.abs())
                 + TOLERANCE * held,

@@ -2,7 +2,7 @@
 //!
 //! What has the Laplace transform `1 / ((s - z_1) ... (s - z_n))` is `E[z_1, ..., z_n]` at the time 1: so
 //! responses to exponentials and powers of the time are divided differences, and so are integrals of their
-//! products, whatever poles are near to each other (McCurdy, Ng, Parlett: Accurate computation of divided
+//! products, for any nearby poles (McCurdy, Ng, Parlett: Accurate computation of divided
 //! differences of the exponential function, Mathematics of Computation 43, 1984).
 
 use super::{complex, Complex};

@@ -11,7 +11,7 @@ const MAX_STEPS: usize = 120;
 /// `a + ib, a - ib` (b > 0, the first two of its places) has its real and imaginary part in
 /// neighbouring columns.
 pub struct Eigen {
-    /// eigenvalues; conjugate pairs stand together, positive imaginary part first
+    /// eigenvalues; conjugate pairs come together, positive imaginary part first
     pub values: Vec<Complex>,
     /// eigenvectors
     pub vectors: Matrix,
@@ -50,7 +50,7 @@ pub fn eigen(a: &Matrix) -> Option<Eigen> {
 
 /// Scales rows and columns by powers of 2 to similar norms: `D^-1 A D`; returns D.
 ///
-/// Entries that are rounding beside the largest one do not count: they may be as small as they please,
+/// Entries that are rounding relative to the largest one do not count: they may be as small as they please,
 /// and where a row has no others, scaling it up to its column would be scaling by chance, of which the
 /// vectors keep the rounding.
 pub fn balance(a: &mut Matrix) -> Vec<f64> {
@@ -444,7 +444,7 @@ mod tests {
 
     #[test]
     fn rounding_is_not_balanced() {
-        // rows that are zero but for rounding, beside columns that are not
+        // rows that are zero but for rounding, next to columns that are not
         let n = 8;
         let mut a = Matrix::from_fn(n, n, |r, c| {
             let noise = 1e-28 * (1.0 + (3 * r + 5 * c) as f64 % 7.0);

@@ -167,7 +167,7 @@ impl DenseLu {
                 };
                 let small =
                     self.hold > 0.0 && k < last && best <= OF_SOLUTION * self.sizes.column(k);
-                // beside large entries that cancel nothing, a small pivot has all of its digits
+                // next to large entries that cancel nothing, a small pivot has all of its digits
                 if !small
                     || best > (OF_EQUATION * self.terms(k, p)).max(TRACE * self.sizes.column(k))
                 {

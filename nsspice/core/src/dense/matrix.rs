@@ -46,7 +46,7 @@ impl Matrix {
         out
     }
 
-    /// Another shape, with whatever entries.
+    /// Another shape, with any entries.
     pub fn reshape(&mut self, rows: usize, cols: usize) {
         (self.rows, self.cols) = (rows, cols);
         self.data.resize(rows * cols, 0.0);

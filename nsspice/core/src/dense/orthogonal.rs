@@ -21,7 +21,7 @@ impl Triangularisation {
         let mut order: Vec<usize> = (0..n).collect();
         let mut diagonal = Vec::with_capacity(m.min(n));
         for k in 0..m.min(n) {
-            // computed anew at every step: cheap beside the updates, and free of the cancellation
+            // recomputed at every step: cheap compared with the updates, and free of the cancellation
             // that spoils norms kept by downdating
             let left = |c: usize| norm(&a[c * m + k..(c + 1) * m]);
             let (mut best, mut largest) = (k, left(k));

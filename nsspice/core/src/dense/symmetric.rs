@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// Many eigenvalues that are nothing but rounding beside the largest.
+    /// Many eigenvalues that are nothing but rounding relative to the largest.
     #[test]
     fn matrices_of_low_rank_come_to_an_end() {
         let n = 96;

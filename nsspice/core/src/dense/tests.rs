@@ -160,7 +160,7 @@ fn small_pivots_are_held_only_where_something_has_cancelled() {
         lu.solve(&mut x).unwrap();
         x
     };
-    // a connection of 1 nS beside a capacitor of 1e14 S: both voltages are 2 V
+    // a connection of 1 nS next to a capacitor of 1e14 S: both voltages are 2 V
     let tie = [(0, 0, 1e14), (0, 1, -1e14), (1, 1, 1e-9)];
     assert!(solved(&tie, [0.0, 2e-9]).iter().all(|v| (v - 2.0).abs() <= 4.0 * f64::EPSILON));
     // what is left of 1 - 1 is no pivot: the hold keeps the unknown where it is

@@ -239,7 +239,7 @@ fn attempt(network: &Network, ways: &[OneWay], closed: &[bool]) -> Option<Trial>
         Law::Weighted { .. } | Law::Loose(_) | Law::Led => false,
     };
     // what windings bring to a core that stores nothing cancels: else it would have no way but the loose branch, whose
-    // voltage would be beyond all numbers; where nothing flows at all the voltage alone tells
+    // voltage would be beyond all numbers; where nothing flows at all the voltage alone decides
     let is_loose = |&at: &usize| matches!(mode.laws[at], Law::Loose(_));
     let cores = if mode.turns.is_empty() { 0 } else { first };
     let firm = |at: &usize| matches!(mode.laws[*at], Law::Fixed(_) | Law::Weighted { .. });
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn a_series_resistance_limits_the_current() {
-        // 1 S to ground, 2 A injected, a diode of 0.5 V and 1 Ohm beside it
+        // 1 S to ground, 2 A injected, a diode of 0.5 V and 1 Ohm in parallel
         let mut network = Network {
             ends: vec![[0, 1]],
             laws: vec![Law::Weighted { weight: 1.0, offset: 0.0 }],
@@ -338,7 +338,7 @@ mod tests {
         assert!(solve(&network, &[diode(1, 0)]).is_some());
     }
 
-    /// Random capacitors and diodes beside the projection by another method: that of Hildreth, coordinate by
+    /// Random capacitors and diodes compared with the projection by another method: that of Hildreth, coordinate by
     /// coordinate.
     #[test]
     fn charges_are_projected() {

@@ -97,7 +97,7 @@ pub struct Continuous {
     flow: Vec<f64>,
 }
 
-/// The entries of a matrix in some rows and columns, renumbered where `rows` or `columns` tell.
+/// The entries of a matrix in some rows and columns, renumbered where `rows` or `columns` say so.
 fn part(
     matrix: &Csc,
     rows: impl Fn(usize) -> Option<usize>,
@@ -284,7 +284,7 @@ impl Continuous {
         found
     }
 
-    /// A mode to begin with: the one before, but that diodes beside closed switches carry nothing.
+    /// A mode to begin with: the one before, but that diodes in parallel with closed switches carry nothing.
     fn begin_with(&mut self, roles: &[Role], before: &[bool]) {
         for k in 0..roles.len() {
             let shut = |j: &usize| roles[*j] == Role::Closed;
@@ -295,8 +295,8 @@ impl Continuous {
         }
     }
 
-    /// Tells the pairs at zero, which stay free, from all others; whether there are such.  One beside a closed switch
-    /// is at zero as long as that is closed.
+    /// Separates the pairs at zero, which stay free, from all others; whether there are any.  One across a closed
+    /// switch is at zero as long as that is closed.
     fn sort_out(&mut self, roles: &[Role]) -> bool {
         let mut any = false;
         for k in 0..self.l.len() {
@@ -509,7 +509,7 @@ mod tests {
         let linear = network(0.0, &RESISTOR, &[(1, 2)], false);
         for before in [false, true] {
             let at = |u: f64| after(&linear, &[0.0, 0.0], [u, 0.0], &[Role::Diode], &[before]);
-            // charged from 0 V up it conducts, down it blocks; where nothing moves, nobody can tell
+            // charged from 0 V up it conducts, down it blocks; where nothing moves, it is undecided
             assert!(at(1.0).unwrap().active[0]);
             assert!(!at(-1.0).unwrap().active[0]);
             assert!(at(0.0).is_none());

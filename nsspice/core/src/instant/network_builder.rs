@@ -29,7 +29,7 @@ impl Draft {
         first..self.network.laws.len()
     }
 
-    /// Adds coupled inductors: windings, and cores that store what the law tells, or else take the currents of their
+    /// Adds coupled inductors: windings, and cores that store what the law gives, or else take the currents of their
     /// fluxes; returns the ranges of both.
     pub fn wind(&mut self, group: &Coupled, fluxes: &[f64], stores: bool) -> [Range<usize>; 2] {
         let windings = self.add(&group.windings, |_, _| Law::Led);

@@ -212,7 +212,7 @@ impl<'a> Instant<'a> {
         OneWay { ends: pair.ends, offset: self.offset(pair), series: pair.value }
     }
 
-    /// The groups of coupled inductors whose currents their fluxes do not tell.
+    /// The groups of coupled inductors whose currents are not determined by their fluxes.
     pub fn tight(&self) -> impl Iterator<Item = (&'a Coupled, &[f64])> + '_ {
         let all = self.elements().groups.iter().zip(&self.fluxes);
         all.filter(|(group, _)| !group.leaks()).map(|(group, fluxes)| (group, &fluxes[..]))

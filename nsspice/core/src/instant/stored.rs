@@ -115,7 +115,7 @@ impl Instant<'_> {
         Some(diodes.iter().zip(&found.slack).filter(blocked).filter_map(|(d, _)| d.index).collect())
     }
 
-    /// The currents that the fluxes of cores tell.
+    /// The currents determined by the fluxes of cores.
     fn carry_fluxes(&self, out: &mut Consistent) {
         for (group, fluxes) in self.elements().groups.iter().zip(&self.fluxes) {
             for (winding, current) in group.windings.iter().zip(group.currents(fluxes)) {

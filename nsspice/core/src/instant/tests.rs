@@ -1,4 +1,4 @@
-//! Instants of small networks beside what they are by hand.
+//! Instants of small networks compared with results by hand.
 
 use super::{Before, Consistent, Reinitialiser};
 use crate::descriptor::Linear;
@@ -189,7 +189,7 @@ fn currents_pass_islands_of_diodes() {
 
 #[test]
 fn ideal_pairs_side_by_side_share_their_current() {
-    // 1 A through two diodes, beside one with 1 Ohm in series
+    // 1 A through two diodes, in parallel with one with 1 Ohm in series
     let build = Build::new(2).current(0, 1.0).diode(Some(0), None).diode(Some(0), Some(1));
     let found = build.diode(Some(0), None).resistor(Some(1), None, 1.0).after(&[0.0, 0.0]);
     let found = found.unwrap();

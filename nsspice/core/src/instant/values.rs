@@ -82,7 +82,8 @@ impl Instant<'_> {
         Some(Values { potentials, currents, diodes, slack, rounding })
     }
 
-    /// Lets inductors carry their currents; the branches whose currents their fluxes do not tell, and where they are.
+    /// Lets inductors carry their currents; the branches whose currents are not determined by their fluxes, and where
+    /// they are.
     pub fn carry_inductors(&self, draft: &mut Draft, out: &Consistent) -> Vec<(Branch, usize)> {
         let elements = self.elements();
         let leaking = elements.groups.iter().filter(|group| group.leaks());

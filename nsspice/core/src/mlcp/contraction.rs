@@ -6,7 +6,7 @@
 //! z = Z y + z0,   W' K Z y = W' (b - K z0),   B Z = 0,   W' A = 0,
 //! ```
 //!
-//! in which the weights of what is joined add up, so that no digits are lost whatever the values are.  The
+//! in which the weights of what is joined add up, so that no digits are lost for any values.  The
 //! multipliers follow from the laws that were left out; what loops of such pairs leave open stays nearest to
 //! zero.
 
@@ -88,7 +88,7 @@ pub(crate) struct Contraction {
 
 impl Contraction {
     /// Contracts a mode; nothing if its pairs have other laws than sums, whose ranks are no matter of integers,
-    /// or do not act where they are told.
+    /// or do not act where they are meant to.
     pub fn new(model: &Model, active: &[bool]) -> Option<Contraction> {
         let (n, size) = (model.n, model.size());
         if !model.h.values.iter().all(|v| v.is_finite()) {

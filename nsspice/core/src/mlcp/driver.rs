@@ -28,11 +28,11 @@ pub struct Solved {
     /// rounding: ask for a certificate before accepting it
     pub needs_certificate: bool,
     /// no point without flaws was found: some pair violates its law by more than rounding, which
-    /// the residual does not see beside larger currents or voltages of the network
+    /// the residual does not see next to larger currents or voltages of the network
     pub flawed: bool,
 }
 
-/// No stage found a solution: the problem is infeasible (a certificate tells) or too hard.
+/// No stage found a solution: the problem is infeasible (a certificate decides) or too hard.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unsolved {
     /// residual of the best point
@@ -99,7 +99,7 @@ impl Driver {
     }
 
     /// `solve` by the first two stages alone, from a mode that agrees with the roles: who asks has another way to
-    /// whatever they do not solve.  Without a solution `z` and `l` are left alone.
+    /// everything they do not solve.  Without a solution `z` and `l` are left alone.
     pub fn solve_from(
         &mut self,
         begin: &[bool],

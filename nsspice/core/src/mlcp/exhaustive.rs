@@ -35,7 +35,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
     None
 }
 
-/// Whether the laws contradict each other whatever the diodes do: those of the network and of the pairs that are
+/// Whether the laws contradict each other for any diode states: those of the network and of the pairs that are
 /// open or closed have no solution, with any multipliers and slacks of the others.
 fn contradicts(s: &Scratch) -> bool {
     let (n, size) = (s.model.n, s.model.size());

@@ -158,7 +158,7 @@ impl ModeFactor {
     /// right-hand sides of inactive pairs must be zero (see `respond`).
     ///
     /// The first solves and every 16th are checked row by row; once a row is not accurate against
-    /// its own terms (small rows beside large ones), all solves are refined.
+    /// its own terms (small rows next to large ones), all solves are refined.
     pub fn solve(&self, x: &mut [f64], work: &mut [f64]) {
         let packed = self.packed();
         let solve = |x: &mut [f64], work: &mut [f64]| match packed {
@@ -204,7 +204,7 @@ impl ModeFactor {
         }
     }
 
-    /// Computes `defect = rhs - J x` and tells whether each row of it is below `tolerance` times its
+    /// Computes `defect = rhs - J x` and returns whether each row of it is below `tolerance` times its
     /// terms, or times this part of the largest terms among rows of its kind (pairs: all of it).
     fn accurate(
         &self,
@@ -222,7 +222,7 @@ impl ModeFactor {
         for (i, &t) in terms.iter().enumerate() {
             largest[kind(i)] = largest[kind(i)].max(t);
         }
-        // pairs are judged against the network, as the residual does: a multiplier of 1e-16 beside
+        // pairs are judged against the network, as the residual does: a multiplier of 1e-16 next to
         // amperes is a zero
         let floor = [floor, floor, 1.0];
         let size = |i: usize| terms[i].max(floor[kind(i)] * largest[kind(i)]);
@@ -261,7 +261,7 @@ impl ModeFactor {
 
     /// `correct`, with the factors of level `NEAREST` at hand, and with a number of sweeps for
     /// regular modes (two: refined).  False if the result is doubtful:
-    /// it solves the equations, but the mode is singular or so close to it that nobody can tell.
+    /// it solves the equations, but the mode is singular or so close to it that it cannot be decided.
     pub(crate) fn correct_with(
         &self,
         nearest: Option<&ModeFactor>,

@@ -1,7 +1,7 @@
 //! Stage 2: the proximal point method.
 //!
 //! `z, l` become the solution of the problem with `mu (z - z_k)`, `mu (l - l_k)` added to its
-//! equations, which always exists and is unique if the problem is monotone, whatever K is.  The
+//! equations, which always exists and is unique if the problem is monotone, for any K.  The
 //! centres converge to a solution near the first one: this picks one of several solutions
 //! continuously.  Every now and then the active set is read off and solved exactly.
 
@@ -73,7 +73,7 @@ pub(crate) fn solve(s: &mut Scratch) -> Option<Residual> {
                     return Some(found);
                 }
             }
-            // beside larger unknowns rounding leaves nothing of what has the size of the scaled data
+            // next to larger unknowns rounding leaves nothing of what has the size of the scaled data
             if still || OF_SOLUTION * reach > 1.0 || (!solved && k > 3) {
                 break;
             }

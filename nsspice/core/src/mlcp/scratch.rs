@@ -11,17 +11,17 @@ use std::sync::Arc;
 
 /// Largest defect of an accepted solution, as a part of the data.  Far out along a direction that
 /// never arrives, residuals relative to the point itself fade away although no solution exists.  No test
-/// tells a decade more or less.
+/// distinguishes a decade more or less.
 pub(super) const ACCEPT_DATA: f64 = 1e-6;
 /// What is off by such a part of the data is no solution of a problem that is not monotone; of others, relations
-/// tell whether there is one.  No test tells a decade less; with one more, solutions of a billion times their data
-/// might miss a tenth of it and need no certificate.
+/// show whether there is one.  No test distinguishes a decade less; with one more, solutions of a billion times their
+/// data might miss a tenth of it and need no certificate.
 const NO_DATA: f64 = 0.01;
 
 /// Against which size rounding errors are judged in sign tests.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
-    /// the terms of the equation itself: a nanovolt beside a megavolt keeps its sign
+    /// the terms of the equation itself: a nanovolt next to a megavolt keeps its sign
     Own,
     /// the largest current and voltage of the network: ends disputes about rounding errors
     Network,
@@ -117,7 +117,7 @@ impl Scratch {
         self.solve_mode_in(2);
     }
 
-    /// As `solve_mode`, in a given number of sweeps if the mode is regular; tells whether it is.
+    /// As `solve_mode`, in a given number of sweeps if the mode is regular; returns whether it is.
     pub fn solve_mode_in(&mut self, sweeps: usize) -> bool {
         self.iterations += 1;
         let n = self.model.n;
@@ -258,7 +258,7 @@ impl Scratch {
     /// As `judge`, but a point with flaws is only kept.
     ///
     /// The residual measures slacks by all voltages of the network.  In very short steps those of
-    /// the inductors are so large that volts hide behind them, and beside kilovolts elsewhere a diode
+    /// the inductors are so large that volts hide behind them, and next to kilovolts elsewhere a diode
     /// might bear microvolts forward; here slacks are measured by the voltages that meet in them, and
     /// multipliers by the currents that they balance, but for rounding.
     pub fn judge_strictly(&mut self) -> Option<Residual> {

@@ -24,7 +24,7 @@ pub(super) fn fastest_first(indirect: &Matrix, direct: &Matrix) -> Option<Matrix
         let rest = |r: usize| norm(&rows.row(r)[k..]);
         let fastest = (0..rows.rows).max_by(|&a, &b| rest(a).total_cmp(&rest(b)))?;
         let rate = rest(fastest);
-        // digits of the slower group would be lost beside the faster one
+        // digits of the slower group would be lost next to the faster one
         if let Some(last) = rates.last().filter(|last| rate * LOST_BEYOND <= **last) {
             cuts.push((k, *last, turn.clone()));
         }
@@ -66,7 +66,7 @@ mod tests {
             let last = |r: usize, c: usize| if r == 2 && c == 2 { other } else { 0.0 };
             Matrix::from_fn(3, 3, |r, c| -rate * g[r] * g[c] - last(r, c))
         };
-        // two currents into a node on a large resistance, a third on a small one, a swing beside
+        // two currents into a node on a large resistance, a third on a small one, a swing in parallel
         let found = damped([0.6, 0.8, 0.0], 1e12, 1.0);
         let turn = fastest_first(&found, &direct(1e3)).unwrap();
         for (r, v) in [(0, 0.6), (1, 0.8), (2, 0.0)] {

@@ -5,7 +5,7 @@ use super::terms::Point;
 use crate::dense::{complex, dot, Complex, Lu, Matrix};
 
 /// Forcing this much faster or slower than the block is taken apart from it: then no difference of rates loses a digit.
-/// No test tells 10 or 1.6.
+/// No test distinguishes 10 from 1.6.
 const APART: f64 = 4.0;
 
 /// Largest sum of absolute values of a row.

@@ -5,9 +5,9 @@ use super::orthogonal::full_qr;
 use crate::dense::{balance, complex, norm, Complex, Eigen, Lu, Matrix};
 use crate::rounding::OF_SOLUTION;
 
-/// Relative distance of eigenvalues that are taken together; no test tells a decade more or less.
+/// Relative distance of eigenvalues that are taken together; no test distinguishes a decade more or less.
 const CLOSE: f64 = 1e-2;
-/// How far beside the cluster the inverse iteration is shifted, in units of the same, and its steps.
+/// How far from the cluster the inverse iteration is shifted, in units of the same, and its steps.
 const SHIFT: (f64, usize) = (0.1, 8);
 /// Newton steps; three are usual.
 const STEPS: usize = 12;
@@ -24,7 +24,7 @@ fn rounding(x: &Matrix) -> f64 {
     x.rows as f64 * f64::EPSILON * x.max_abs()
 }
 
-/// Groups of places, each in growing order; conjugate ones stand in the same group.
+/// Groups of places, each in growing order; conjugate ones are in the same group.
 fn groups(values: &[Complex], zero: f64) -> Vec<Vec<usize>> {
     let mut label: Vec<usize> = (0..values.len()).collect();
     for k in 0..values.len() {
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
     use crate::dense::eigen;
 
-    /// A double rate, a triple one and a double pair, each beside others, in random coordinates.
+    /// A double rate, a triple one and a double pair, each among others, in random coordinates.
     #[test]
     fn blocks_reproduce_the_matrix() {
         let mut seed = 5u64;
@@ -242,7 +242,7 @@ mod tests {
         }
     }
 
-    /// What does not move (five rates that are zero but for rounding, beside fast and slow ones) has
+    /// What does not move (five rates that are zero but for rounding, next to fast and slow ones) has
     /// orthonormal vectors.
     #[test]
     fn zeros_keep_their_space() {

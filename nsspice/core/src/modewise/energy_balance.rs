@@ -83,7 +83,7 @@ impl Engine {
         sums.see(&z, &l);
     }
 
-    /// Takes what is stored somewhere within the segment: over whole periods it comes back, and the ends tell
+    /// Takes what is stored somewhere within the segment: over whole periods it comes back, and the ends show
     /// nothing of what was turned over.
     fn see_within(&self, sums: &mut Sums, mode: &Mode) {
         if !self.motion.path.closed() {

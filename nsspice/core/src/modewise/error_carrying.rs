@@ -1,5 +1,5 @@
 //! Matrices that carry bounds of the terms their entries were summed from, so that entries which
-//! vanish but for rounding can be told from small ones.
+//! vanish but for rounding can be distinguished from small ones.
 
 use crate::dense::{add_scaled, Matrix};
 

@@ -13,10 +13,10 @@ use crate::tolerances::CLEARLY;
 /// Lengths of the first of the steps, relative to the segment that follows.
 const PARTS: [f64; 2] = [1e-6, 1e-8];
 /// The same relative to the fastest time constant so far: a decay that ended within a step would look like a jump.  No
-/// test tells a decade more or less.
+/// test distinguishes a decade more or less.
 const FASTEST: f64 = 1e-3;
 /// The ends of the steps deviate from a line by no more than this part of the largest value, and by
-/// no more than a tenth of what jumps; no test tells a decade more or less.
+/// no more than a tenth of what jumps; no test distinguishes a decade more or less.
 const BEND: f64 = 1e-6;
 
 impl Engine {

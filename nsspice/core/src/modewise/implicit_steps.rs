@@ -111,7 +111,7 @@ impl Engine {
             let taken = self.try_step(&v, &roles, step);
             match taken {
                 Ok(taken) if !taken.suspect => break Ok(taken.residual),
-                // impulses of a very short step can hide a solution: a longer one tells
+                // impulses of a very short step can hide a solution: a longer one shows it
                 _ if step < self.plan.fixed_step => {
                     step = snapped(4.0 * step, self.plan.fixed_step)
                 }
@@ -212,7 +212,7 @@ impl Engine {
     ///
     /// What slides along a threshold by what is stored agrees with the state that it leads to immediately,
     /// or else where it is looked at for a shorter time; a switch that takes its own control across its
-    /// threshold whatever the time comes back to where it was again and again.
+    /// threshold at any time comes back to where it was again and again.
     fn find_rest(&mut self, step: f64) -> Result<(), Failure> {
         let (z, a, gates) =
             (self.state.z.clone(), self.state.a.clone(), self.control.gates.clone());
@@ -240,7 +240,7 @@ impl Engine {
             let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
             let taken = self.try_step(&v, &roles, length);
             if !taken.is_ok_and(|taken| !taken.suspect) {
-                return None; // the next step tells
+                return None; // the next step decides
             }
             self.state.z.copy_from_slice(&self.implicit.z);
             let on = self.implicit.active().to_vec();

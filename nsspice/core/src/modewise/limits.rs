@@ -11,7 +11,7 @@ use crate::waveform::INSTANT;
 
 /// Rows at the ends of segments.
 pub(super) struct Ends {
-    /// rows on both sides of jumps, one after the other, where they are kept beside the table
+    /// rows on both sides of jumps, one after the other, where they are kept besides the table
     pub kept: Option<Vec<f64>>,
     /// from here on the ends of all segments are rows of the table [s]
     pub all_from: f64,

@@ -1,4 +1,4 @@
-//! What a run tells beside its rows: counters, jumps, changes of pairs.
+//! What a run reports besides its rows: counters, jumps, changes of pairs.
 
 use crate::integrate::{Failure, Jump};
 

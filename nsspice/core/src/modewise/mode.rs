@@ -84,7 +84,7 @@ pub struct Guards {
     pub slack: Vec<bool>,
     /// guards of thyristors that stay closed while that of their pair, which follows, is positive
     pub held: Vec<(usize, usize)>,
-    /// switches whose controls are at their thresholds whatever the state
+    /// switches whose controls are at their thresholds in any state
     pub idle: Vec<usize>,
     /// guards of switches that depend on the inputs alone, with their switches
     pub direct: Vec<(usize, usize)>,
@@ -161,7 +161,7 @@ pub(super) fn solved(a: &Matrix, factor: &Lu, b: &Matrix) -> Matrix {
 pub const HIGH_INDEX: &str = "its index is above 2";
 
 impl Mode {
-    /// Reduces the equations of a mode; the error tells what is wrong with it.
+    /// Reduces the equations of a mode; the error says what is wrong with it.
     pub fn new(
         net: &Network,
         switches: &[Switch],
@@ -474,7 +474,7 @@ impl Mode {
         self.enter.is_none()
     }
 
-    /// Where the row of an algebraic unknown stands.
+    /// Where the row of an algebraic unknown is.
     #[inline]
     pub fn algebraic_row(&self, i: usize) -> (&Rows, usize) {
         let listed = self.algebraic.x.rows;

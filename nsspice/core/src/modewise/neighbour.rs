@@ -5,7 +5,7 @@
 //! that is turned over, taken where it is inactive, and `rho` the resistance that the pair sees there.
 //! In reciprocal networks with one kind of storage the state matrices of the two modes differ by
 //! `w' w / rho`, a symmetric matrix of rank one, and the eigenvectors follow by [`RankOne`]; slow rates
-//! keep their digits beside fast ones, which a decomposition of the whole matrix cannot offer.
+//! keep their digits next to fast ones, which a decomposition of the whole matrix cannot offer.
 
 use super::error_carrying::{negligible, Tracked};
 use super::mode::{GuardSize, Guards, Mode, Rows, Watch};
@@ -19,9 +19,9 @@ use crate::dense::{add_scaled, dot, norm, Lu, Matrix, RankOne};
 const GENERATIONS: usize = 400;
 
 /// Part of the fastest rate that has to be left of a rate that a diode's opening slows down: what is
-/// left of a faster one is what its rounding leaves.  No test tells a decade more or less.
+/// left of a faster one is what its rounding leaves.  No test distinguishes a decade more or less.
 const LEFT: f64 = 1e-3;
-/// Multipliers up to which they are unknowns beside those of the kernel.
+/// Multipliers up to which they are unknowns in addition to those of the kernel.
 const UNKNOWNS: usize = 16;
 /// States up to which such a mode is made afresh instead, which costs little there.
 const SMALL: usize = 24;
@@ -50,7 +50,7 @@ fn touches(net: &Network, p: usize) -> bool {
 }
 
 impl Joint {
-    /// As unknowns beside the voltages the multipliers keep their digits; as conductances, which
+    /// As unknowns in addition to the voltages the multipliers keep their digits; as conductances, which
     /// costs less where there are many, they are differences of the large currents that small
     /// resistances carry.
     fn new(net: &Network, active: &[usize]) -> Option<Joint> {

@@ -3,7 +3,7 @@
 //!
 //! With the capacitors' incidence columns and the unit columns of inductor currents in `P`, the
 //! unknowns split into `z = R a + N b`: `N` spans what stores nothing (the kernel of `P'`), and `R` is
-//! scaled so that `R' E R = 1`. Then `a = R' E z` and `|a|^2 / 2` is the stored energy, whatever the
+//! scaled so that `R' E R = 1`. Then `a = R' E z` and `|a|^2 / 2` is the stored energy, for any
 //! element values are.
 
 use super::inputs::Inputs;
@@ -45,7 +45,7 @@ pub struct Split {
     pub bn: Matrix,
 }
 
-/// What the graph tells of unknowns on which no resistor acts.
+/// What the graph says about unknowns on which no resistor acts.
 pub struct Loose {
     /// their combinations of kernel vectors
     pub basis: Matrix,
@@ -202,7 +202,7 @@ fn heaviest_tree(rows: &Matrix, weights: &[f64]) -> Vec<usize> {
 
 /// The kernel in the voltages of sources and of the heaviest tree of resistors, and what neither sees: in the sum of
 /// the laws of a part that 1 MOhm joins to the rest, no conductance of its inside is left that the small one is
-/// known beside.
+/// known as well.
 fn by_tree(kernel: &Matrix, sources: &Matrix, resistors: &Matrix, conductances: &[f64]) -> Matrix {
     let rows = sources.above(resistors);
     let fixed = std::iter::repeat_n(f64::INFINITY, sources.rows);

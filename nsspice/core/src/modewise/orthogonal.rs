@@ -17,7 +17,7 @@ pub(super) fn full_qr(a: &Matrix) -> (Matrix, Matrix) {
 /// zeros have axes of their own.  `R` is a triangle but for the order of its columns.
 ///
 /// Rows are sorted by size and columns chosen by size (A. J. Cox, N. J. Higham, *Stability of Householder QR
-/// factorization for weighted least squares problems*, 1998).  Of a loop of capacitors beside an inductor, states
+/// factorization for weighted least squares problems*, 1998).  Of a loop of capacitors with an inductor, states
 /// that rest would otherwise turn towards those that decay within picoseconds, and move with their rounding.
 pub(super) fn graded_qr(a: &Matrix) -> (Matrix, Matrix) {
     let (rows, cols) = (a.rows, a.cols);
@@ -68,7 +68,7 @@ fn reflect(w: &mut Matrix, q: &mut Matrix, k: usize, column: usize) {
 mod tests {
     use super::*;
 
-    /// A state that no constraint touches keeps its axis; small entries keep their digits beside large ones.
+    /// A state that no constraint touches keeps its axis; small entries keep their digits next to large ones.
     #[test]
     fn constraints_of_uneven_size() {
         let a = Matrix { rows: 4, cols: 2, data: vec![0.0, 0.0, 3e-8, 1e-8, 1.0, 0.0, -4.0, 1e-3] };

@@ -1,4 +1,4 @@
-//! Outputs inside segments as polynomials, for measures: to rounding, whatever the rows are.
+//! Outputs inside segments as polynomials, for measures: to rounding, independent of the rows.
 //!
 //! A segment is a sum of exponentials and sines.  A piece of it is as long as the fastest of them that has
 //! not decayed allows, or longer where the coefficients of the polynomials show that it does not take part.
@@ -72,7 +72,7 @@ impl Engine {
         pieces.follows(OF_SOLUTION, f64::EPSILON)
     }
 
-    /// How long a piece from a time on may be at least, whatever takes part.
+    /// How long a piece from a time on may be at least, for all terms.
     fn sure(&self, at: f64, rest: f64) -> f64 {
         self.motion.path.terms.iter().fold(rest, |width, placed| {
             let (speed, growth) = (placed.term.speed(), placed.term.growth());

@@ -25,7 +25,7 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    /// A mode; the error tells what is wrong with it.
+    /// A mode; the error says what is wrong with it.
     pub fn mode(
         &self,
         net: &Network,

@@ -133,7 +133,7 @@ impl Registry {
     }
 
     /// The mode by pivots from one of those used last, or from that in which no pair is active: its
-    /// slow rates are not lost beside the fast ones of conducting pairs, and pivots keep them.
+    /// slow rates are not lost next to the fast ones of conducting pairs, and pivots keep them.
     fn derived(&mut self, id: Id, net: &Network, switches: &[Switch]) -> Option<Mode> {
         if !net.symmetric || !switches.is_empty() {
             return None;

@@ -1,4 +1,4 @@
-//! Rows inside segments: evaluated where they stand, those of a run in one product of matrices, and
+//! Rows inside segments: evaluated at their instants, those of a run in one product of matrices, and
 //! few of a mode that is hardly met through its unknowns.
 
 use super::block_outputs::Handed;
@@ -38,7 +38,7 @@ pub(super) struct Inside {
 }
 
 impl Inside {
-    /// The outputs at the instants of the run: the first from all terms anew, the others from it.
+    /// The outputs at the instants of the run: the first from all terms again, the others from it.
     fn write(
         &mut self,
         outputs: (&Outputs, &Mode),
@@ -133,7 +133,7 @@ impl Engine {
             inside.times.clear();
             let mut target = first;
             for (k, row) in rest.chunks_exact_mut(columns).take(most).enumerate() {
-                // the last row need not stand where the others would have it
+                // the last row need not be where the others would have it
                 if (first + k as f64 * step - target).abs() > INSTANT * target {
                     break;
                 }

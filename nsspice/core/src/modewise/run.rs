@@ -1,4 +1,4 @@
-//! The run: segment after segment, rows evaluated where they stand.
+//! The run: segment after segment, rows evaluated at their instants.
 
 use super::accumulation::Accumulation;
 use super::at_threshold::Control;

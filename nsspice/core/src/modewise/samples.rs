@@ -42,7 +42,7 @@ const PRICE: u64 = 256;
 const STOCK: u64 = 16 * PRICE;
 /// Part of it that one segment may take.
 const PART: u64 = 4;
-/// Modes whose first segment begins with an interval that is recorded whatever it costs: reducing
+/// Modes whose first segment begins with an interval that is recorded at any cost: reducing
 /// each cost more.
 const FIRST_MODES: usize = 256;
 /// Segments up to which the beginning of each is compared with the end of the last motion; later one

@@ -1,6 +1,6 @@
 //! Fast and slow coordinates of a mode, decoupled.
 //!
-//! In energy coordinates a picofarad beside a henry is a small number beside a large one, and yet its
+//! In energy coordinates a picofarad next to a henry is a small number next to a large one, and yet its
 //! voltage is what a node obeys.  An eigenvector of the whole matrix knows its small entries to
 //! rounding of its length; here they are solutions of equations of their own size.  With the
 //! coordinates split into slow and fast ones,
@@ -139,7 +139,7 @@ impl Scales {
 mod tests {
     use super::*;
 
-    /// 1 pF with 24 uOhm beside henries: what a slow motion leaves on it is known to its own digits.
+    /// 1 pF with 24 uOhm next to henries: what a slow motion leaves on it is known to its own digits.
     #[test]
     fn small_entries_have_their_digits() {
         let j = Matrix::from_fn(3, 3, |r, c| {
@@ -155,7 +155,7 @@ mod tests {
         let mut one = to.times(&from);
         one.add_scaled(-1.0, &Matrix::identity(3));
         assert!(one.max_abs() < 1e-15);
-        // T^-1 J T has nothing but rounding beside the two parts
+        // T^-1 J T has nothing but rounding outside the two parts
         let apart = to.times(&j).times(&from);
         for (r, c) in [(0, 2), (1, 2), (2, 0), (2, 1)] {
             assert!(apart[(r, c)].abs() <= 1e-15 * j[(r, c)].abs().max(3e8), "{}", apart[(r, c)]);

@@ -4,7 +4,7 @@
 //! is delivered, less what is dissipated, plus the integral of `z' rho`.  So the laws need not be
 //! squared: the maps of a mode are put into the assembled matrices, all modal
 //! coordinates at a time, each with a random sign and as large as its integral over the segment.  What
-//! is left are charges and fluxes by which Kirchhoff's laws are missed, whatever the time; times the
+//! is left are charges and fluxes by which Kirchhoff's laws are missed, at any time; times the
 //! largest voltage and current they are energy.  Several coordinates that break a law could hide each
 //! other with one choice of signs, but every segment makes its own.  Products of `n` numbers are rounded
 //! by `n u` of the largest (Higham: Accuracy and Stability of Numerical Algorithms, 2002, section 3.5):
@@ -272,7 +272,7 @@ impl SegmentEnergies {
         mode.turn(&self.asked, &mut self.change);
     }
 
-    /// Asks the laws with these coordinates, beside the inputs at an instant.
+    /// Asks the laws with these coordinates, with the inputs at an instant.
     fn ask(&mut self, engine: &Engine, sums: &mut Sums, mode: &Mode, count: f64, h: f64) {
         let net = &engine.prepared.net;
         for list in [&mut self.v, &mut self.d] {
@@ -390,7 +390,7 @@ mod tests {
             drift(&engine, &sums, &wrong)
         };
         const OFF: f64 = 1.0 + 1e-6;
-        // what the sources force in 0.3 s is small beside what is stored
+        // what the sources force in 0.3 s is small next to what is stored
         const FAR: f64 = 1.0 + 1e-4;
         for k in [0, 7, STATES - 1] {
             assert!(spoil(&|m| m.poles[k].alpha *= OFF) > TOLERANCE);

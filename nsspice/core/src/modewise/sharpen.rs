@@ -1,7 +1,7 @@
 //! Eigenvectors and eigenvalues to the rounding of each row of their equations.
 //!
 //! A decomposition is exact to rounding of the largest entries of a matrix.  Where its rows differ by
-//! many orders, as with picofarads beside millifarads, small entries of slow vectors are then voltages
+//! many orders, as with picofarads next to millifarads, small entries of slow vectors are then voltages
 //! off by more than any tolerance, and slow vectors are mixed.  The residual `R = J V - V L` of each row
 //! is known to rounding of that row, and to first order
 //!
@@ -279,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Two inductors whose loops have no resistance, beside a fast rate: rounding makes a pair of them.
+    /// Two inductors whose loops have no resistance, next to a fast rate: rounding makes a pair of them.
     #[test]
     fn a_pair_by_rounding_keeps_both_of_its_coordinates() {
         let j = Matrix::from_fn(3, 3, |r, c| if r == 2 && c == 2 { -1e9 } else { 0.0 });

@@ -13,7 +13,7 @@ use crate::union_find::UnionFind;
 /// more critically damped pairs lose theirs.
 pub(super) const CONDITION: f64 = 1e6;
 
-/// Number of states up to which the exponential of the whole matrix stands in for missing eigenvectors.
+/// Number of states up to which the exponential of the whole matrix replaces missing eigenvectors.
 const PLAIN: usize = 24;
 
 /// Largest entry of `J V - V L` for vectors of unit size, `L` the eigenvalues, in units of that of J.
@@ -97,7 +97,7 @@ fn slow_half(j: &Matrix, fast: &Eigen) -> Option<(Eigen, Matrix, f64)> {
 }
 
 /// Whether a matrix is symmetric but for the rounding of each entry and of the rates that it couples: what an
-/// inductor and a capacitor lend to each other is skew, however small it is beside the fastest rate.
+/// inductor and a capacitor lend to each other is skew, however small it is next to the fastest rate.
 fn is_symmetric(j: &Matrix) -> bool {
     (0..j.rows).all(|r| {
         (0..r).all(|c| {

@@ -69,7 +69,7 @@ impl Algebra {
 }
 
 impl Staircase {
-    /// Finds all directions; the error tells why the mode has none.
+    /// Finds all directions; the error says why the mode has none.
     pub fn new(net: &Network, active: &[usize], algebra: &Algebra) -> Result<Staircase, String> {
         if net.passive {
             Ok(by_graph(net, active))
@@ -209,7 +209,7 @@ fn reflected(a: &Matrix) -> (Vec<usize>, usize, Matrix) {
 /// The kernel of a matrix whose rank is that of the block of these rows and columns, and how far it is
 /// known.
 ///
-/// A large resistance to ground beside milliohms leaves 1e-10 of a voltage in what reflections make of a
+/// A large resistance to ground next to milliohms leaves 1e-10 of a voltage in what reflections make of a
 /// loop of closed switches, which has none: the loop, which nothing determines, would then seem to move
 /// a charge, and impulses without bound go round in it.  Solved from the equations themselves, with
 /// residuals of twice the precision, sums of one and minus one vanish.

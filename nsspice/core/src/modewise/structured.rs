@@ -1,4 +1,4 @@
-//! The mode that the structure of the network tells, by closed forms of the jump and of what follows it.
+//! The mode from the structure of the network, by closed forms of the jump and of what follows it.
 
 use super::implicit_step::Implicit;
 use super::registry::Registry;

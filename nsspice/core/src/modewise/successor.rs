@@ -82,7 +82,7 @@ pub fn roles(m: usize, switches: &[Switch], gates: &[bool]) -> Vec<Role> {
     out
 }
 
-/// Turns pairs on and off as the switches tell for given states, but for those that are diodes.
+/// Turns pairs on and off as the switches require for given states, but for those that are diodes.
 pub(super) fn fix(switches: &[Switch], gates: &[bool], on: &mut [bool]) {
     for (switch, &gate) in switches.iter().zip(gates) {
         match switch.role(gate) {
@@ -124,7 +124,7 @@ impl Picker {
         }
     }
 
-    /// The mode from here on. `from` is the mode so far, `cause` tells what ended it and
+    /// The mode from here on. `from` is the mode so far, `cause` says what ended it and
     /// `crossing` which guards; `gates` are the switch states to keep. The energy coordinates
     /// `a` move to where jumps lead before the mode is entered.
     #[allow(clippy::too_many_arguments)] // the ingredients of a choice

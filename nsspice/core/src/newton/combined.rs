@@ -1,9 +1,9 @@
-//! Laws with multiples of others added to them, in which less stands then.
+//! Laws with multiples of others added to them, which contain less then.
 //!
 //! Two kinds: perfectly coupled windings, in which no flux is left (`windings.rs`), and Kirchhoff's current law where
 //! voltages along a tree are the unknowns.  There a law sums all that passes a cut-set; where it gives the current
 //! of a source or an inductor, the cut-sets of sources and inductors behind it are taken out, and their currents
-//! stand in the place of all that passes those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
+//! replace everything that passes through those: `i(V) + i(L) = 0`, without the charges of junctions behind both,
 //! whose rounding in a short step is amperes.
 
 use crate::perfect_coupling::{laws_without_storage, Multiples};
@@ -24,7 +24,7 @@ pub(super) struct Combined {
 }
 
 impl Combined {
-    /// Finds them; functions stand in some laws of windings.
+    /// Finds them; functions appear in some laws of windings.
     pub fn new(
         [e, g]: [&Csc; 2],
         row_kind: &[u8],
@@ -65,7 +65,7 @@ impl Combined {
     }
 
     /// Adds the sizes of the terms at a node of a source that are no terms of its cut-set: its current is known
-    /// beside what flows there.
+    /// relative to what flows there.
     pub fn add_sizes(&self, terms: &mut [f64]) {
         self.sources.iter().for_each(|&(row, other)| terms[row] += terms[other]);
     }
@@ -96,7 +96,7 @@ impl Combined {
         left.map(|(sum, _)| sum).collect()
     }
 
-    /// Turns a right-hand side into one of these laws, in the place of those that it was for.
+    /// Turns a right-hand side into one of these laws, instead of those that it was for.
     pub fn combine(&self, rhs: &mut [f64], sums: &mut [f64]) {
         // all from the laws themselves
         for (sum, law) in sums.iter_mut().zip(&self.laws) {

@@ -1,8 +1,8 @@
 //! Laws that contradict each other by rounding, where the linearised equations leave something open.
 //!
 //! The diodes of a bridge at rest block: their leakage has no slope left, so that the potential of the bridge
-//! is open, and some combination of the laws holds whatever the unknowns are, or not.  The current of a
-//! resistor of 1 Ohm at 10 V is rounded by 1e-15 A, beside which a leakage of 1e-13 A is known to a percent.
+//! is open, and some combination of the laws holds for any unknowns, or not.  The current of a
+//! resistor of 1 Ohm at 10 V is rounded by 1e-15 A, next to which a leakage of 1e-13 A is known to a percent.
 //! One law has to leave that rest.  If it is the one of the leakage, it is violated, and the next step finds
 //! the same rest again; that of the resistor bears it as rounding.
 
@@ -13,7 +13,7 @@ use crate::tolerances::{ACCEPT, CLEARLY};
 
 /// Neither rounding nor an iteration near its end leaves so large a part: laws that leave that much of each other have
 /// no solution here, however large other voltages are; a first step that ends with it has led away; and a point that
-/// would move its largest unknown by it tends to no solution.  No test tells a decade more or less.
+/// would move its largest unknown by it tends to no solution.  No test distinguishes a decade more or less.
 pub(super) const GROSS: f64 = 1e-3;
 
 impl State {
@@ -76,7 +76,7 @@ impl State {
             let power = |i: usize| y[i] * moved[i] / (eq.unit[i] * eq.unit[i]);
             let powers = (0..eq.size()).filter(|&i| on(i)).map(power);
             let (sum, size) = powers.fold((0.0, 0.0), |(s, a), p| (s + p, a + p.abs()));
-            // a power that is less beside its terms may be rounding; a held column moves by all of itself if the
+            // a power that is less relative to its terms may be rounding; a held column moves by all of itself if the
             // Jacobian without it is singular, or not at all
             if sum.abs() > ACCEPT * size && moved[c] > CLEARLY {
                 let amount = self.step[c] / moved[c];
@@ -87,7 +87,7 @@ impl State {
     }
 
     /// Whether laws contradict each other at `x` by more than any rounding, where the Jacobian factored last
-    /// holds something: of a product the search may go on to 1e16 V, beside which a whole ampere is none.
+    /// holds something: of a product the search may go on to 1e16 V, next to which a whole ampere is none.
     pub(super) fn contradicts_itself(&mut self, eq: &Equations, assembly: &Assembly) -> bool {
         let combinations = self.combinations(eq.n, assembly);
         if combinations.is_empty() {

@@ -34,7 +34,7 @@ pub(super) struct Balance {
     sizes: Vec<f64>,
     /// defects as parts of these
     shares: Vec<f64>,
-    /// currents beside which those of a row are rounded, where it has pairs that conduct
+    /// currents relative to which those of a row are rounded, where it has pairs that conduct
     carried: Vec<f64>,
     /// least thermal voltage of a junction
     sharpest: f64,
@@ -92,7 +92,7 @@ impl Balance {
     }
 
     /// Whether rounding of such a voltage leaves it known to a thermal voltage: else the currents of junctions
-    /// are not known at all, and it would excuse whatever they miss.
+    /// are not known at all, and it would excuse everything they miss.
     fn resolved(&self, voltage: f64) -> bool {
         OF_EQUATION * voltage <= CLEARLY * self.sharpest
     }
@@ -155,7 +155,7 @@ impl Balance {
         let ratio = |i: usize| {
             let rounding = OF_EQUATION * Self::steepness(assembly, tape, x, i);
             // a law that is one function alone may vanish, which counts in steps only; so small a part of the largest
-            // current is none beside it, as those of leakage are
+            // current is none next to it, as those of leakage are
             let slight = || eq.kind(i) == 0 && rounding <= FLOOR * branch;
             // nor is it an excuse where it leaves nothing of the terms: at teravolts, junctions carry anything
             let whole = rounding <= CLEARLY * self.sizes[i] || slight();

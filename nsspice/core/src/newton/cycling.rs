@@ -46,7 +46,7 @@ impl Turns {
         (self.known, self.in_vain) = (false, false);
     }
 
-    /// How defects stand to those of the last point: their product (negative where they have turned over),
+    /// How defects relate to those of the last point: their product (negative where they have turned over),
     /// and the largest, as part of the terms there.
     fn compare(&self, defect: &[f64]) -> (f64, f64) {
         let rows = self.defect.iter().zip(defect).zip(&self.terms).filter(|r| *r.1 > 0.0);
@@ -130,7 +130,7 @@ impl Newton {
         None
     }
 
-    /// Whether hardly anything is left of the rows that do not hold at `state.x`, beside what they were at the
+    /// Whether hardly anything is left of the rows that do not hold at `state.x`, compared with what they were at the
     /// ends of the step: an emptying tank holds the square of what it held before after each step, and in
     /// the end no number is small enough.
     fn is_faded(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Jacobians of small systems, written where they are factorised.
 //!
-//! A law with one unknown (a source gives a voltage to ground) tells that before all others, and an unknown
+//! A law with one unknown (a source gives a voltage to ground) gives that before all others, and an unknown
 //! in one law (the current of that source) follows after all others.  With these at both ends a Jacobian is
 //! triangular but for a block between them, and only that has to be factorised.
 
@@ -190,7 +190,7 @@ impl Direct {
         }
         lu.factor_by(inner, |lu| {
             inside.write(slopes, lu);
-            // rows and columns of pairs stand at the end of the block, in the same order
+            // rows and columns of pairs are at the end of the block, in the same order
             for (row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
                 let row = row - *begin;
                 lu[row..].iter_mut().step_by(inner).for_each(|v| *v = 0.0);

@@ -10,8 +10,8 @@ use crate::tolerances::FLOOR;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Where no resistor tells what a usual conductance is [S]: that of a kilohm.  With a decade more a static
-/// problem without a solution is taken for solved; no test tells one less.
+/// Where no resistor shows what a usual conductance is [S]: that of a kilohm.  With a decade more a static
+/// problem without a solution is taken for solved; no test distinguishes one less.
 const CONDUCTANCE: f64 = 1e-3;
 
 /// Rows that are balanced at a time.
@@ -48,7 +48,7 @@ pub(super) struct Entry {
 pub(super) struct Term {
     pub row: u32,
     pub function: u32,
-    /// where the value of the function stands
+    /// where the value of the function is
     pub register: u32,
     pub f: f64,
     pub q: f64,
@@ -68,7 +68,7 @@ pub(super) struct Fours {
 
 /// Rows and unknowns of a kind.
 pub(super) struct Places {
-    /// current rows in which nothing stands but functions that store nothing
+    /// current rows that contain only functions that store nothing
     pub leaks: Vec<usize>,
     /// unknowns of current rows, and of voltage rows
     pub nodes: Vec<u32>,
@@ -110,8 +110,8 @@ pub struct Equations {
     pub(super) tree: Option<Coordinates>,
 }
 
-/// The least slope around zero of a current that is a function of voltages [S], where that is a leakage beside the usual
-/// conductance; else 0.
+/// The least slope around zero of a current that is a function of voltages [S], where that is a leakage relative to
+/// the usual conductance; else 0.
 fn weakest_slope(smooth: &Smooth, n: usize, terms: &[Term], row_kind: &[u8], usual: f64) -> f64 {
     let mut tape = smooth.tape.clone();
     let sources = tape.program().sources();

@@ -17,7 +17,7 @@ const POINT: usize = 25;
 const POLES: usize = 3;
 /// Factors by which all junctions are made gentle at first.
 const BLUNT: [f64; 4] = [4.0, 30.0, 300.0, 3000.0];
-/// Smallest relative progress along the path of sharpness.  No test tells a decade more or less.
+/// Smallest relative progress along the path of sharpness.  No test distinguishes a decade more or less.
 const LEAST_STEP: f64 = 1e-3;
 /// Rates of the steps of relaxation, relative to that of the step: first, last, largest, and the
 /// factors after a step that was found and one that was not.
@@ -37,13 +37,13 @@ const LET_GO: [f64; 4] = [1e-3, 1e-1, 1e1, 1e3];
 const LOOSER: [f64; 4] = [0.1, 1e-3, 0.999, 1e-15];
 const LET_GO_STEPS: usize = 400;
 /// The last pull is next to nothing: without it no unknown becomes so many times as large.
-/// No test tells a decade more or less.
+/// No test distinguishes a decade more or less.
 const FARTHEST: f64 = 100.0;
 
 /// A first solution, from nothing.
 pub(super) fn first(newton: &mut Newton) -> Option<Judgement> {
     begin_at_zero(newton);
-    // a circuit at rest has no scale against which rounding could be told from a solution
+    // a circuit at rest has no scale against which rounding could be distinguished from a solution
     newton.evaluate_at_x(Linearisation::Exact, None);
     let rest = newton.judge();
     if rest.residual.worst() == 0.0 {

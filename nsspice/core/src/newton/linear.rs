@@ -1,4 +1,4 @@
-//! The linearised problem: Jacobian of a mode, factored anew when values or mode change.
+//! The linearised problem: Jacobian of a mode, factored again when values or mode change.
 
 use super::direct::{Direct, Parts};
 use super::equations::{Equations, Part};
@@ -9,10 +9,10 @@ use crate::rounding::OF_SOLUTION;
 use crate::sparse::Csc;
 
 /// Conductances below this part of the usual one do not count in the scaling.  With a decade more large networks that float
-/// behind leakage cost more than others; no test tells one less.
+/// behind leakage cost more than others; no test distinguishes one less.
 const NO_SLOPE: f64 = 1e-18;
-/// Largest scaled entry with which open columns are told from small ones; a column whose entries are below
-/// its inverse looks open, too, if it was scaled while a junction conducted far more.  No test tells a decade
+/// Largest scaled entry with which open columns are distinguished from small ones; a column whose entries are below
+/// its inverse looks open, too, if it was scaled while a junction conducted far more.  No test distinguishes a decade
 /// more or less; without it rectifiers behind amplifiers of high gain find no solution.
 const BADLY_SCALED: f64 = 1e6;
 
@@ -168,14 +168,14 @@ impl Assembly {
         self.open
     }
 
-    /// The Jacobian has been no measure: the next one is scaled anew.
+    /// The Jacobian has been no measure: the next one is scaled again.
     pub fn forget_scale(&mut self) {
         self.scaling.known = false;
         self.fresh = false;
         self.open = false;
     }
 
-    /// Whether some Jacobian of this mode has been factored, none of another since, and nothing scaled anew.
+    /// Whether some Jacobian of this mode has been factored, none of another since, and nothing scaled again.
     pub fn factored(&self, active: &[bool]) -> bool {
         self.factor.is_some() && self.active == active
     }
@@ -294,7 +294,7 @@ impl Assembly {
             return self.try_factorise(eq, active, hold);
         }
         if self.open {
-            return false; // probably still: the factors that hold it will tell
+            return false; // probably still: the factors that hold it will show it
         }
         if self.try_factorise(eq, active, 0.0) {
             return true;

@@ -4,7 +4,7 @@ use super::equations::Equations;
 use super::linear::Assembly;
 use super::solve::Newton;
 
-/// Memory for the matrices of all rates [numbers], and so many are kept whatever they take.  A run with error
+/// Memory for the matrices of all rates [numbers], and so many are kept at any size.  A run with error
 /// control comes back to each of some ten lengths of steps, and to as many after events.
 const BUDGET: usize = 8_000_000;
 const FEWEST: usize = 12;

@@ -15,7 +15,7 @@ type Four = [f64; FOUR];
 /// Coefficients of unknowns, multipliers and functions.
 pub(super) enum Laws {
     /// of a small system: all rows of each column, first of the unknowns and multipliers, then of the
-    /// functions, whose registers stand beside them
+    /// functions, whose registers are next to them
     Columns { blocks: usize, linear: Vec<Four>, functions: Vec<Four>, registers: Vec<u32> },
     /// of a large one: what is not zero in each four rows, with its column or register
     Fours { linear: Rows<(u32, Four)>, functions: Rows<(u32, Four)> },
@@ -69,7 +69,7 @@ impl Laws {
         }
     }
 
-    /// Writes `right - K x - F f` and the sums of the sizes of its terms, for functions whose values stand
+    /// Writes `right - K x - F f` and the sums of the sizes of its terms, for functions whose values are
     /// in the given registers.
     pub fn balance(
         &self,

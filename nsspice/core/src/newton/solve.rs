@@ -234,7 +234,7 @@ impl Newton {
         if self.assemblies[self.present].rate == 0.0 {
             self.state.x.copy_from_slice(&self.state.nearest.1);
             self.evaluate_at_x(Linearisation::Exact, None);
-            // the search may have gone to voltages beside which everything else is nothing
+            // the search may have gone to voltages next to which everything else is nothing
             let (rows, worst_row) = self.state.balance.missed(&self.eq);
             let found = &mut self.state.nearest.0;
             if rows > found.residual.rows {
@@ -328,7 +328,7 @@ impl Newton {
         self.predicted = !self.assemblies[self.present].open();
     }
 
-    /// Values of the functions at the solution found last, as they stand in its equations.
+    /// Values of the functions at the solution found last, as they are in its equations.
     pub fn values(&self, out: &mut [f64]) {
         for (k, v) in out.iter_mut().enumerate() {
             *v = self.tape.value(k);
@@ -352,7 +352,7 @@ impl Newton {
         self.iterate(limit, pull, Linearisation::Careful)
     }
 
-    /// As `run`, in the present mode, with the first linearisation as told.
+    /// As `run`, in the present mode, with the first linearisation as given.
     pub(super) fn iterate(
         &mut self,
         limit: usize,

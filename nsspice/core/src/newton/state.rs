@@ -82,7 +82,7 @@ impl Limits {
             seen = seen.max(if law { given * s } else { x / s });
         }
         let bound = |size: f64| if size > 0.0 { REACH * size } else { f64::INFINITY };
-        // beside large currents a trace of a voltage is the rounding of what came before
+        // next to large currents a trace of a voltage is the rounding of what came before
         (bound(if seen > OF_SOLUTION * scaled { voltage } else { 0.0 }), bound(scaled))
     }
 }
@@ -257,7 +257,7 @@ fn flows_round(eq: &Equations, assembly: &Assembly, round: &[f64]) -> bool {
         let largest = if bare { &mut flows } else { &mut rest };
         *largest = largest.max((v / scale).abs());
     }
-    // what rounding makes of the held pivots is nothing beside the current
+    // what rounding makes of the held pivots is nothing next to the current
     rest <= FLOOR * flows
 }
 

@@ -56,7 +56,7 @@ impl Newton {
         eq.add_carried_functions(rate, |k| tape.value(k), &mut s.problem.right);
     }
 
-    /// The rows in which functions stand.
+    /// The rows that contain functions.
     pub fn rows_of_functions(&self) -> impl Iterator<Item = usize> + '_ {
         self.eq.terms.iter().filter(|t| t.part != Part::Sum).map(|t| t.row as usize)
     }
@@ -113,7 +113,7 @@ impl Newton {
         self.tape.slopes()
     }
 
-    /// Where stored functions stand: laws, functions and coefficients.
+    /// Where stored functions are: laws, functions and coefficients.
     pub fn stored_rows(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let terms = self.eq.terms.iter().filter(|t| t.q != 0.0 && t.part != Part::Sum);
         terms.map(|t| (t.row as usize, t.function as usize, t.q))

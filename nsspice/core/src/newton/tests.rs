@@ -52,7 +52,7 @@ fn rectifier() -> Newton {
 }
 
 /// Guesses are not all judged while the source moves; solutions are the same, and at rest guesses are
-/// judged again and stand as they are.
+/// judged again and stay as they are.
 #[test]
 fn guesses_that_are_not_judged_change_no_solution() {
     let mut newton = rectifier();

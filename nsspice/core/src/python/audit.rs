@@ -44,7 +44,7 @@ impl PyAuditor {
             coordinates: &system.coordinates,
         };
         let sums = Sums::new(&system.linear, between, averaging.as_ref(), smooth);
-        // the laws are checked in node voltages, whatever coordinates they were solved in
+        // the laws are checked in node voltages, regardless of the coordinates in which they were solved
         let tree = (!system.coordinates.are_potentials()).then(|| system.coordinates.clone());
         let turned = tree.as_ref().map(|tree| {
             let terms = averaging.as_ref().map(|(h, hs)| tree.averaging_at_nodes([h, hs]));

@@ -37,7 +37,7 @@ struct Search {
 }
 
 impl SparseLu {
-    /// Factorises a matrix with the pattern that was ordered, choosing pivots anew.
+    /// Factorises a matrix with the pattern that was ordered, choosing new pivots.
     pub fn factor(&mut self, a: &Csc) {
         let n = self.size();
         assert_eq!((a.nrows, a.ncols), (n, n), "the matrix that was ordered");
@@ -196,7 +196,7 @@ impl SparseLu {
     }
 
     /// Shortens the lists that later searches follow: once row and column of a pivot meet in both
-    /// `L` and `U`, whatever lies beyond is reached by way of that pivot (Eisenstat & Liu 1992).
+    /// `L` and `U`, everything beyond is reached by way of that pivot (Eisenstat & Liu 1992).
     fn prune(&mut self, k: usize, end: &mut Vec<u32>) {
         let (p, place) = (self.row[k], &self.place);
         for e in self.upper.col(k) {
@@ -266,8 +266,8 @@ impl SparseLu {
         scale
     }
 
-    /// Whether a pivot of this size, beside the terms that it is the sum of and what its column has, is to be
-    /// held: beside large entries that cancel nothing, a small pivot has all of its digits.
+    /// Whether a pivot of this size, relative to the terms that it is the sum of and what its column has, is to be
+    /// held: next to large entries that cancel nothing, a small pivot has all of its digits.
     pub(super) fn is_lost(
         &self,
         a: &Csc,

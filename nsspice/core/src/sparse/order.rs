@@ -29,7 +29,7 @@ pub struct Ordering {
 
 impl Ordering {
     /// Orders a square matrix, the last `pairs` rows of which change with the mode.  The values
-    /// serve only to tell a diagonal entry that is always zero.
+    /// serve only to mark a diagonal entry that is always zero.
     pub fn new(matrix: &Csc, pairs: usize) -> Self {
         let mut out = Ordering::natural(matrix, pairs);
         let graph = Graph::contracted(matrix, &out);
@@ -40,7 +40,7 @@ impl Ordering {
         out
     }
 
-    /// The columns as they stand.
+    /// The columns as they are.
     pub fn natural(matrix: &Csc, pairs: usize) -> Self {
         assert_eq!(matrix.nrows, matrix.ncols, "only square matrices are ordered");
         assert!(pairs <= matrix.nrows, "more pairs than rows");

@@ -80,7 +80,7 @@ impl SparseLu {
         Extent::Full
     }
 
-    /// Eliminates column `k` with its old pattern and pivot; tells whether its column of `L`
+    /// Eliminates column `k` with its old pattern and pivot; returns whether its column of `L`
     /// changed, or `None` if the pivot is too small.
     fn recompute(&mut self, a: &Csc, k: usize) -> Option<bool> {
         let x = &mut self.x;
@@ -127,7 +127,7 @@ impl SparseLu {
         let mut changed = false;
         let row = self.row[k] as usize;
         let own = self.sizes.row(row);
-        // nothing grows where nothing else stands in the row of the pivot
+        // nothing grows where nothing else is in the row of the pivot
         let alone = self.sizes.gives(row, self.ordering.order[k] as usize);
         let lower = self.lower.range(k);
         for e in &mut self.lower.entries[lower] {
@@ -135,7 +135,7 @@ impl SparseLu {
             let l = if lost { 0.0 } else { v / pivot };
             changed |= l != e.value;
             let size = self.sizes.row(self.row[e.row as usize] as usize);
-            // clearly beyond the threshold at which pivots are chosen they are chosen anew: at the threshold itself
+            // clearly beyond the threshold at which pivots are chosen they are chosen again: at the threshold itself
             // they would flutter between two modes
             usable &= alone || CLEARLY * PREFER_FIXED * l.abs() * own <= size;
             e.value = l;

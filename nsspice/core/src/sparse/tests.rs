@@ -154,7 +154,7 @@ fn a_factor_recovers_from_a_singular_matrix() {
     assert_eq!(f.refactor(&good), Extent::Columns(50));
 }
 
-/// Toggles random pairs; every mode must be solved as by factors made anew.  Returns the columns
+/// Toggles random pairs; every mode must be solved as by new factors.  Returns the columns
 /// computed and the number of full factorisations between regular modes.
 fn toggle(circuit: &Circuit, rng: &mut Rng, modes: usize, at_once: usize) -> (usize, usize) {
     let ordering = Arc::new(Ordering::new(&circuit.full, circuit.pairs));
@@ -268,7 +268,7 @@ fn packed_copies_solve_the_scaled_equations() {
         // diagonally dominant; every third row is one of the identity, with the right-hand side 0
         let mut entries: Vec<_> =
             (0..n).map(|i| (i, i, if i % 3 == 2 { 1.0 } else { 9.0 })).collect();
-        // or too small beside the rest of its column to be the pivot of it
+        // or too small relative to the rest of its column to be the pivot of it
         entries.extend((2..n).step_by(3).map(|i| (i - 1, i, steep)));
         for _ in 0..2 * n {
             let (r, c) = (rng.below(n), rng.below(n.min(200)));
@@ -363,7 +363,7 @@ fn laws_of_leakage_alone_are_pivots_beside_anything_larger() {
 #[test]
 fn a_row_that_gives_an_unknown_is_its_pivot() {
     // a transformer between open switches and blocking junctions: the currents 8 and 9 of two switches vanish, in
-    // the sum of the laws (0) they stand beside the leakage of node 1, which is no pivot before theirs
+    // the sum of the laws (0) they are next to the leakage of node 1, which is no pivot before theirs
     let leak = 1e-25;
     let mut entries = vec![(0, 1, leak), (0, 8, -0.125), (0, 9, 0.125), (8, 8, 1.0), (9, 9, 1.0)];
     entries.extend([(1, 1, 8.0 * leak), (1, 5, -0.0078), (1, 8, -1.0), (1, 9, 1.0)]);
@@ -401,7 +401,7 @@ fn rounding_of_what_was_summed_before_is_no_pivot() {
 }
 
 /// The laws of closed switches between nodes of a random network of resistors; `doubled` of them have another
-/// switch beside them, and how both share their current is open.  The switches come last.
+/// switch in parallel, and how both share their current is open.  The switches come last.
 fn closed_switches(rng: &mut Rng, nodes: usize, doubled: usize) -> (Csc, usize) {
     let mut entries: Vec<(usize, usize, f64)> = (0..nodes).map(|k| (k, k, 0.1)).collect();
     for _ in 0..2 * nodes {

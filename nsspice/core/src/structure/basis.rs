@@ -3,7 +3,7 @@
 //! The voltages of a maximum-weight forest are the right coordinates of a network: with them
 //! `v = T y`, `T` in {-1, 0, 1}, and each branch outside closes a loop through branches of at least its own
 //! weight.  Scaled by the square roots of the weights the equations are `1 + G'G` with `|G| <= 1`, whose
-//! condition is at most `1 + m n` whatever the values are (S. A. Vavasis, SIAM J. Matrix Anal. Appl. 15,
+//! condition is at most `1 + m n` for any values (S. A. Vavasis, SIAM J. Matrix Anal. Appl. 15,
 //! 1994).
 
 use crate::union_find::UnionFind;

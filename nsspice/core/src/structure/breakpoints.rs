@@ -47,7 +47,7 @@ struct Search<'a> {
     waiting: Vec<usize>,
 }
 
-/// What smooth functions read, and where they stand.
+/// What smooth functions read, and where they are.
 struct Functions {
     /// variables of each function: unknowns, then sources
     reads: Vec<Vec<usize>>,

@@ -202,7 +202,7 @@ impl Coordinates {
         }
     }
 
-    /// The nodes at which something stands of terms `(cut-set, term, value)`: a term that passes the cut-set of a
+    /// The nodes with entries of terms `(cut-set, term, value)`: a term that passes the cut-set of a
     /// node and no other on the way to ground does not leave it.
     pub fn touched(&self, terms: impl Iterator<Item = (usize, usize, f64)>) -> Vec<bool> {
         let mut left: BTreeMap<(usize, usize), f64> = BTreeMap::new();

@@ -13,7 +13,7 @@ use crate::union_find::UnionFind;
 /// A group of them.
 #[derive(Clone, Debug)]
 pub struct Coupled {
-    /// the windings, the first ones those that tell the fluxes of the cores
+    /// the windings, the first ones those that determine the fluxes of the cores
     pub windings: Vec<Branch>,
     /// `N`, windings by cores; its first rows are lower triangular
     turns: Vec<Vec<f64>>,
@@ -32,7 +32,7 @@ impl Coupled {
         groups.iter().map(|rows| Coupled::new(e, rows.iter().filter_map(of).collect())).collect()
     }
 
-    /// The groups of the windings that a matrix of inductances alone tells, wherever they end.
+    /// The groups of the windings that a matrix of inductances alone gives, wherever they end.
     pub fn of(inductances: &Csc) -> Option<Vec<Coupled>> {
         let own = inductances.iter().filter(|e| e.0 == e.1);
         let winding = |(row, _, value)| Branch { ends: [0; 2], value, index: Some(row) };
@@ -93,7 +93,7 @@ impl Coupled {
         self.turns[0].len()
     }
 
-    /// Whether the fluxes tell the currents.
+    /// Whether the fluxes determine the currents.
     pub fn leaks(&self) -> bool {
         self.cores() == self.windings.len()
     }
@@ -103,7 +103,7 @@ impl Coupled {
         self.turns[winding][core]
     }
 
-    /// The multiples of the laws of the windings that tell the fluxes which leave none in the law of another one.
+    /// The multiples of the laws of the windings that determine the fluxes which leave none in the law of another one.
     pub fn without_flux(&self, winding: usize) -> Vec<f64> {
         let mut out = vec![0.0; self.cores()];
         for core in (0..self.cores()).rev() {

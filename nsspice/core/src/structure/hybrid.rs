@@ -36,12 +36,12 @@ pub enum Law {
     Loose(f64),
 }
 
-/// Weight of a loose branch beside the least one.  Roots of weights span less than half the range of numbers, and the
-/// condition of the equations does not depend on it.
+/// Weight of a loose branch relative to the least one.  Roots of weights span less than half the range of numbers,
+/// and the condition of the equations does not depend on it.
 const LIGHT: f64 = 1e-60;
 /// Sweeps of equilibration (D. Ruiz 2001): each takes the root of what is left.
 const SWEEPS: usize = 8;
-/// Rounding of a sum beside its terms: there are as many as branches, of which networks treated here have some
+/// Rounding of a sum relative to its terms: there are as many as branches, of which networks treated here have some
 /// thousand.
 pub const SUMS: f64 = 4096.0 * f64::EPSILON;
 
@@ -283,7 +283,7 @@ impl Hybrid {
             // the only branch of the core is in the forest
             let Some(&[(place, sign)]) = self.basis.path(core, ground).as_deref() else { continue };
             let Some((twig, root)) = self.twig_of[place] else { continue };
-            // from the core to ground, as the sign of its branch tells
+            // from the core to ground, as the sign of its branch shows
             let (row, through) = match place_of[winding] {
                 Some(own) => match self.twig_of[own] {
                     Some((led, _)) => (led, self.through(own)),

@@ -1,8 +1,8 @@
 //! Parts of a network that nodes of fixed potential separate: currents of one are no measure of another.
 //!
-//! Where sources alone fix the potential of a node, Kirchhoff's current law there tells the current of a source and
-//! nothing else.  What a junction across the source carries has no share in the currents of a clamp beside it, neither
-//! as numbers nor as their rounding.
+//! Where sources alone fix the potential of a node, Kirchhoff's current law there determines the current of a source
+//! and nothing else.  What a junction across the source carries has no share in the currents of a clamp in parallel,
+//! neither as numbers nor as their rounding.
 
 use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;

@@ -1,4 +1,4 @@
-//! The equations beside exact rational arithmetic, over values and steps of all sizes.
+//! The equations compared with exact rational arithmetic, over values and steps of all sizes.
 
 use super::{Law, Network};
 use crate::sparse::examples::Rng;

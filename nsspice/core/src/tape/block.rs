@@ -202,7 +202,7 @@ impl Group {
     }
 }
 
-/// A sum of variables: what is added and what is subtracted stands between these places of `terms`.
+/// A sum of variables: what is added and what is subtracted is between these places of `terms`.
 #[inline(always)]
 fn total(terms: &[[u32; WIDE]], [begin, middle, end]: [u32; 3], variables: &[f64]) -> Lanes<WIDE> {
     let mut x: Lanes<WIDE> = [0.0; WIDE];
@@ -269,7 +269,7 @@ fn run<const W: usize>(
 ) {
     let (a, b) = (registers[step.args[0] as usize], registers[step.args[1] as usize]);
     let range = step.slots.0 as usize..step.slots.1 as usize;
-    // slots of arguments stand before those of the step
+    // slots of arguments come before those of the step
     let (fed, slots) = derivatives.split_at_mut(range.start);
     let slots = slots[..range.len()].iter_mut().zip(&shape.feeds[range]);
     let (value, slope) = match step.kind {

@@ -15,7 +15,7 @@ pub(super) fn junction(saturation: f64, unit: f64, v: f64) -> (f64, f64) {
     (saturation * grown, saturation / unit * power)
 }
 
-/// Arguments from which on `ln(1 + x)` and `exp(x) - 1` keep their digits as they stand, but for two
+/// Arguments from which on `ln(1 + x)` and `exp(x) - 1` keep their digits as they are, but for two
 /// bits.
 const FAR: f64 = 0.25;
 
@@ -76,7 +76,7 @@ pub(super) fn table(constants: &[f64], x: f64) -> (f64, f64) {
             let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i| points[2 * (k - 1) + i]);
             let slope = (y1 - y0) / (x1 - x0);
             let value = y0 + (x - x0) * slope;
-            // beside a zero between the points rounding of these is all that is left of their difference:
+            // next to a zero between the points rounding of these is all that is left of their difference:
             // an amplifier at rest would never find it
             let crosses = y0.min(y1) < 0.0 && y0.max(y1) > 0.0;
             if crosses && value.abs() <= NEAR_ZERO * y0.abs().min(y1.abs()) {
@@ -155,7 +155,7 @@ pub(super) fn staircase(constants: &[f64], x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// What is left of 12 V beside the zero of an amplifier is no rounding of them, and where one form takes
+    /// What is left of 12 V next to the zero of an amplifier is no rounding of them, and where one form takes
     /// the place of the other nothing jumps.
     #[test]
     fn a_broken_line_is_known_beside_its_zero() {

@@ -35,7 +35,7 @@ pub struct Tape {
     wild: Vec<usize>,
     /// registers of unknowns and of sources, each with its index, and of the time
     leaves: [Vec<(u32, u32)>; 3],
-    /// where the values of the functions stand, and the derivatives of each slot
+    /// where the values of the functions are, and the derivatives of each slot
     values: Vec<u32>,
     places: Vec<u32>,
 }
@@ -233,7 +233,7 @@ impl Tape {
         self.machine.registers[self.register(k)]
     }
 
-    /// Where the value of function `k` stands among the registers.
+    /// Where the value of function `k` is among the registers.
     #[inline]
     pub fn register(&self, k: usize) -> usize {
         self.values[k] as usize
@@ -394,7 +394,7 @@ impl Machine {
         let arity = i.op.arity();
         if arity == 1 {
             let a = bounded(partial[0]);
-            // slots of arguments stand before those of the instruction
+            // slots of arguments come before those of the instruction
             let (fed, slots) = self.slopes.split_at_mut(range.start);
             for (slope, feed) in slots.iter_mut().zip(&program.feeds[range]) {
                 *slope = times(a, fed[feed[0] as usize]);
@@ -469,7 +469,7 @@ impl Machine {
             return (value, [slope, 0.0, 0.0]);
         }
         if i.op == Op::Sqrt && x == 0.0 && how != Linearisation::Held {
-            // the value is there, and what is less steep than its tangent leads away if need be
+            // the value is there, and what is less steep than its tangent leads away if necessary
             return (0.0, [slope, 0.0, 0.0]);
         }
         if (x - point).abs() > SAME * unit {

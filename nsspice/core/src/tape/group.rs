@@ -23,7 +23,7 @@ pub(super) enum Kind {
     Uramp,
     Max,
     Min,
-    /// a curve whose constants stand from here on
+    /// a curve whose constants start here
     Shaped {
         op: Op,
         at: u32,
@@ -40,7 +40,7 @@ pub(super) enum Kind {
 }
 
 /// One instruction: registers of its arguments, its own register, its slots, and how far behind the
-/// first instruction of a part it stands.
+/// first instruction of a part it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     pub kind: Kind,
@@ -71,7 +71,7 @@ pub(super) struct Shape {
     pub limits: usize,
     /// slots that feed each slot; slot 0 is zero, then come the inputs
     pub feeds: Vec<[u32; 2]>,
-    /// registers that others read, and how far behind the first instruction of a part they stand
+    /// registers that others read, and how far behind the first instruction of a part they are
     pub outputs: Vec<(u32, u32)>,
     /// slots of their derivatives: of which output, by which input
     pub links: Vec<(u32, u32, u32)>,
@@ -108,7 +108,7 @@ pub(super) const WIDE: usize = 4;
 #[derive(Clone, Debug)]
 pub(super) struct Group {
     pub shape: Shape,
-    /// the parts: where their instructions stand
+    /// the parts: where their instructions are
     pub parts: Vec<Range<usize>>,
     /// for each part in turn: slots of its derivatives, and places of its linearisation points, if it
     /// is evaluated alone
@@ -121,7 +121,7 @@ pub(super) struct Group {
     pub frame: usize,
     /// inputs and outputs of a frame belong together
     pub known: Vec<bool>,
-    /// where its outputs, derivatives and linearisation points stand
+    /// where its outputs, derivatives and linearisation points are
     pub results: usize,
     pub slopes: usize,
     pub points: usize,
@@ -139,7 +139,7 @@ type Terms = [Vec<u32>; 2];
 struct Pieces {
     code: Range<usize>,
     shape: Shape,
-    /// tells shapes apart
+    /// distinguishes shapes
     key: Vec<u32>,
     /// program's variables, and registers, of the terminals
     terminals: Vec<(usize, u32)>,
@@ -223,12 +223,12 @@ impl Group {
         [outputs.len(), slopes.len(), *limits].map(|each| self.known.len() * each * WIDE)
     }
 
-    /// Where item `k` of `each` of member `m` stands, from the first on.
+    /// Where item `k` of `each` of member `m` is, from the first on.
     fn place(m: usize, each: usize, k: usize) -> usize {
         (m / WIDE * each + k) * WIDE + m % WIDE
     }
 
-    /// Tells where outputs (by their registers) and derivatives (by their slots) stand.
+    /// Sets where outputs (by their registers) and derivatives (by their slots) are.
     pub fn places(&self, mut output: impl FnMut(u32, usize), mut slot: impl FnMut(u32, usize)) {
         let Shape { outputs, slopes, .. } = &self.shape;
         for (m, code) in self.parts.iter().enumerate() {
@@ -322,7 +322,7 @@ impl Pieces {
         if !own_code.iter().any(costly) {
             return None;
         }
-        // inputs and constants first, since results stand behind them
+        // inputs and constants first, since results come after them
         let sums: Vec<_> = part.code.clone().map(|k| terms(program, k as u32, LONGEST)).collect();
         let sum = |a: u32| sums.get((a as usize).wrapping_sub(part.code.start))?.as_ref();
         for (k, i) in (part.code.start as u32..).zip(own_code) {

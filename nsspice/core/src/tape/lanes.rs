@@ -9,7 +9,7 @@ pub(super) type Lanes<const W: usize> = [f64; W];
 
 const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
 const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-/// Adding it rounds to a whole number, which then stands in the last bits.
+/// Adding it rounds to a whole number, which is then in the last bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 /// Exponents beyond are beyond the range of normal numbers.
 const RANGE: [f64; 2] = [-708.0, 709.0];

@@ -1,7 +1,7 @@
 //! Smooth functions as straight-line programs, evaluated with their sparse derivatives.
 //!
 //! [`Program`] is the checked, immutable list of instructions together with the sparsity of all
-//! derivatives, found once; [`Tape`] holds the numbers.  Derivatives run forward beside the values
+//! derivatives, found once; [`Tape`] holds the numbers.  Derivatives run forward along with the values
 //! (Griewank and Walther, *Evaluating Derivatives*, SIAM 2008, ch. 3 and 7), each register with
 //! one slot for every variable it depends on, so that an evaluation allocates nothing.
 //!

@@ -11,7 +11,7 @@ use std::ops::Range;
 /// A part and what it was at its last evaluation.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// its instructions, which stand behind each other
+    /// its instructions, one after the other
     pub code: Range<usize>,
     /// registers of the variables it depends on, and where they were
     pub variables: Vec<u32>,
@@ -63,7 +63,7 @@ pub(super) fn order(program: &Program) -> Vec<usize> {
 }
 
 impl Part {
-    /// The parts of a program in which they stand behind each other.
+    /// The parts of a program in which they come one after the other.
     pub fn all(program: &Program) -> Vec<Part> {
         let code = &program.code;
         let mut output = vec![false; code.len()];

@@ -3,7 +3,7 @@
 use super::ops::Op;
 use super::parts::{is_leaf, order};
 
-/// One instruction: code, arguments, and where its derivatives stand.
+/// One instruction: code, arguments, and where its derivatives are.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
     pub op: Op,

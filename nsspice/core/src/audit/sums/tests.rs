@@ -8,7 +8,7 @@ fn sums_of(linear: &Linear) -> Sums {
     Sums::new(linear, between, None, None).unwrap_or_else(|| unreachable!())
 }
 
-/// So many capacitors of 1 F with 1 Ohm each, beside sources of currents at the first of them.
+/// So many capacitors of 1 F with 1 Ohm each, with current sources at the first of them.
 fn capacitors(count: usize, sources: usize) -> Sums {
     let diagonal = |columns: usize| {
         let entries: Vec<_> = (0..columns).map(|k| (k, k, 1.0)).collect();
@@ -96,7 +96,7 @@ fn states_that_change_between_motions_are_noticed() {
 
 #[test]
 fn a_step_beyond_all_bounds_is_no_measure() {
-    // 1 F with 1 Ohm beside a source; in one step the source drives a voltage through the resistor,
+    // 1 F with 1 Ohm next to a source; in one step the source drives a voltage through the resistor,
     // and a thousandth of the state is lost right after it
     let drift = |beyond: f64, lost: f64| {
         let mut sums = capacitors(1, 1);

@@ -57,7 +57,7 @@ impl Solver {
         Ok(())
     }
 
-    /// Tries the present mode: leaves unknowns and guards in `x` and tells whether the guards hold.
+    /// Tries the present mode: leaves unknowns and guards in `x` and returns whether the guards hold.
     fn quick(&mut self, state: &State, k: usize) -> Quick {
         let n = state.z.len();
         let stage = &mut self.levels.stages[k];
@@ -171,7 +171,7 @@ impl Solver {
     }
 
     /// Solves the mode that the driver has found once more, for the increment from `base`: its own
-    /// solution has the rounding errors of `K z`.  It stands where these do not show, and where the
+    /// solution has the rounding errors of `K z`.  It is used where these do not show, and where the
     /// other does not satisfy all laws.
     pub(in crate::integrate) fn sharpen(
         &mut self,

@@ -75,7 +75,7 @@ impl Stepper {
     }
 
     /// Starts from stored charges and fluxes `E z(0-)` by a reinitialising step; the first entry of
-    /// `jumps` tells what it moved.  Of several solutions the one near a guess is approached.
+    /// `jumps` says what it moved.  Of several solutions the one near a guess is approached.
     pub fn start_charges(
         &mut self,
         time: f64,

@@ -13,7 +13,7 @@ pub(in crate::integrate) const OPEN: usize = 160;
 ///
 /// In a short step `carry z0` and `K z1` are large and nearly equal, and where a node is connected by
 /// little else (a floating part with 1 MOhm to ground) their rounding errors would be its potential.
-/// There modes are solved for the increment, in which nothing large stands:
+/// There modes are solved for the increment, which contains nothing large:
 /// `K (z1 - z0) + A l = -G z0 + source_end u1 + source_start u0`.
 pub struct StepMatrices {
     /// number of unknowns

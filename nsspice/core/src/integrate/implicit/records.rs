@@ -40,7 +40,7 @@ pub struct Instants {
     pub(in crate::integrate) continuous: Option<Box<Continuous>>,
     /// the largest current so far, where that is looked after [A]
     pub(in crate::integrate) felt: f64,
-    /// rates of what is stored at the present state, where a jump in closed form has just told them
+    /// rates of what is stored at the present state, where a jump in closed form has just given them
     pub(in crate::integrate) begun: Option<Vec<f64>>,
     /// scratch: slopes of the sources
     pub(in crate::integrate) slopes: Vec<f64>,

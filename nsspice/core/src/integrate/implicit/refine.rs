@@ -1,6 +1,6 @@
 //! Solutions of one mode to the last digit, where rounding of the step equations shows.
 //!
-//! Storage beside small conductances: in the column of a map, the part of a capacitor's voltage that
+//! Storage next to small conductances: in the column of a map, the part of a capacitor's voltage that
 //! reaches a node connected by 1 MOhm is small, and multiplied by hundreds of volts in every step.  It is found by
 //! refinement with residuals in twice the working precision (J. H. Wilkinson 1963; T. Ogita,
 //! S. M. Rump, S. Oishi, *Accurate sum and dot product*, SIAM J. Sci. Comput. 26, 2005).

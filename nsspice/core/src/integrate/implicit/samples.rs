@@ -106,12 +106,12 @@ impl Samples {
         self.between = Some(window);
     }
 
-    /// True if points at a time are kept beside the rows.
+    /// True if points at a time are kept in addition to the rows.
     pub fn between(&self, time: f64) -> bool {
         self.between.is_some_and(|[from, to]| from <= time && time <= to)
     }
 
-    /// True if the step that begins now is to be recorded whatever its mode.
+    /// True if the step that begins now is to be recorded in any mode.
     pub fn wants(&mut self, epoch: u64) -> bool {
         if self.every == 0 {
             return false;

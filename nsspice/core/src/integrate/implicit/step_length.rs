@@ -252,7 +252,7 @@ impl Stage {
     }
 
     /// Solves the present mode, which is regular: `x = [z; l]`; `refined` once more against rounding.
-    /// The first time tells whether increments have to be solved for; with short steps each one does.
+    /// The first time decides whether increments have to be solved for; with short steps each one does.
     #[allow(clippy::too_many_arguments)] // the data of one step
     pub fn solve_mode(
         &mut self,
@@ -277,7 +277,7 @@ impl Stage {
         let plain = known.is_none().then(|| x.to_vec());
         matrices.sharpen(&factor, active, ends, x, work);
         if let Some(plain) = plain {
-            // the step equations have lost digits beside those for increments
+            // the step equations have lost digits compared with those for increments
             let better = sys.apart(&plain, x, ends.z0) > OF_SOLUTION;
             if !better {
                 x.copy_from_slice(&plain);

@@ -13,7 +13,7 @@ pub struct Target {
     pub time: f64,
     /// the time an output row here is labelled with: the grid's
     pub label: f64,
-    /// length of the step [s]; on the grid exactly the nominal one, whatever the rounding of `time`
+    /// length of the step [s]; on the grid exactly the nominal one, for any rounding of `time`
     pub length: f64,
     /// the end is an output row
     pub row: bool,

@@ -62,7 +62,7 @@ impl Past {
         }
     }
 
-    /// What lies after tells nothing of what comes.
+    /// What lies after says nothing about what comes.
     pub fn forget(&mut self) {
         self.length = 0.0;
     }
@@ -88,7 +88,7 @@ impl Past {
     }
 
     /// The unknowns at the end of stage `i` of a step of length `h`, from the stages before it and
-    /// the past; false if there is nothing to tell from.
+    /// the past; false if there is nothing to go by.
     pub fn predict(
         &self,
         tableau: &Tableau,

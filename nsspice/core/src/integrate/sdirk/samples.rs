@@ -30,7 +30,7 @@ pub struct Weights {
     pub taken: [f64; POINTS * POINTS],
 }
 
-/// The stage whose point and rates stand for one: a first stage that counts for nothing has no rates.
+/// The stage whose point and rates represent one: a first stage that counts for nothing has no rates.
 fn standing(tableau: &Tableau, i: usize) -> usize {
     if i < tableau.first() && !tableau.continues() {
         tableau.first()

@@ -316,7 +316,7 @@ impl Trial {
         tableau: &Tableau,
         theta: f64,
     ) -> Fit {
-        // across ends of modes the solution tells the mode, too
+        // across ends of modes the solution also gives the mode
         if let (false, Some(fit)) = (self.crossing, self.recall(theta, tableau.stages())) {
             return fit;
         }

@@ -125,7 +125,7 @@ fn planted_monotone_problems_are_solved() {
         // a second solve from the solution must stay there
         let before = (z.clone(), l.clone());
         let solved = driver.solve(&p.rhs, &p.q, &p.roles, &mut z, &mut l, Start::Warm).unwrap();
-        // where rounding of the first stage is a flaw beside the pairs, the second one polishes
+        // where rounding of the first stage is a flaw relative to the pairs, the second one polishes
         roundabout += u32::from(solved.stage != 1);
         assert!(solved.stage <= 2, "seed {seed}");
         let size = before.0.iter().chain(&before.1).fold(0.0f64, |a, v| a.max(v.abs()));

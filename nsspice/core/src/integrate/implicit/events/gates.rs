@@ -147,7 +147,7 @@ impl Gates<'_> {
         // Newton's method ends where its equations hold well enough: right after an event the control is at
         // its threshold up to that, on either side
         let known = if self.solver.smooth.is_some() { ACCEPT } else { OF_EQUATION };
-        // gates that cross their thresholds together do so in one step, whatever rounding of the time tells
+        // gates that cross their thresholds together do so in one step, regardless of the rounding of the time
         let blur = INSTANT * self.state.time / self.step_length;
         Slack { part: known.max(blur), swing: self.switching.swings[k] }
     }
@@ -218,7 +218,7 @@ impl Gates<'_> {
         self.solver.forget_functions();
     }
 
-    /// The swing beside which a control may have decayed: none where nothing is stored.
+    /// The swing relative to which a control may have decayed: none where nothing is stored.
     pub(in crate::integrate) fn fading_swing(&self, k: usize) -> f64 {
         if self.at_rest {
             0.0

@@ -16,7 +16,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// Looks for switches whose controls are given; `functions` are the laws in which functions stand.
+    /// Looks for switches whose controls are given; `functions` are the laws that contain functions.
     pub fn new(
         linear: &Linear,
         functions: impl Iterator<Item = usize>,

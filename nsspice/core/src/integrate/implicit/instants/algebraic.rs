@@ -1,4 +1,4 @@
-//! The laws that hold at an instant, whatever moves: right after a jump they fix the potentials of
+//! The laws that hold at an instant, regardless of motion: just after a jump they fix the potentials of
 //! capacitors without a connection to ground.
 //!
 //! In a short step the current of a capacitor is `C (v1 - v0) / h`, and one unit in the last place of
@@ -82,7 +82,7 @@ impl Instant<'_> {
         self.storage.unknowns().filter(|&j| self.to[j] != Some(j))
     }
 
-    /// Its right-hand sides at a state, of laws and of pairs; what is given there stands as 0.
+    /// Its right-hand sides at a state, of laws and of pairs; what is given there is 0.
     fn right(&self, z: &[f64], u: &[f64]) -> [Vec<f64>; 2] {
         let (mut right, mut q) = (vec![0.0; z.len()], self.laws.q.clone());
         for (r, c, v) in self.laws.s.iter() {

@@ -1,8 +1,8 @@
 //! Jump or motion: what a reinitialising step moved has to be the same in a shorter one.
 //!
-//! Reinitialising steps are short beside the time constants of a circuit.  What ends motion between two set-valued
-//! elements is no time constant: a voltage drives the current of a small inductance to where the next
-//! diode takes over, in nanoseconds, and a step longer than that ends after it whatever its length.
+//! Reinitialising steps are short compared with the time constants of a circuit.  What ends motion between two
+//! set-valued elements is no time constant: a voltage drives the current of a small inductance to where the next
+//! diode takes over, in nanoseconds, and a step longer than that ends after it for any length.
 
 use super::jumps::{StateJump, JUMP};
 use super::values::{Rest, Settled};
@@ -40,8 +40,8 @@ impl StateJumps<'_> {
         self.moved(sides, charges, NO_JUMP, None, &mut largest, &[])
     }
 
-    /// Is there a jump to report, beside `values` to which it leads?  A charge `q` of a capacitor `C`
-    /// counts as `q / sqrt(C)`, the root of its energy: a small one beside large ones may jump too.
+    /// Is there a jump to report, relative to `values` to which it leads?  A charge `q` of a capacitor `C`
+    /// counts as `q / sqrt(C)`, the root of its energy: a small one next to large ones may jump too.
     pub(in crate::integrate) fn noticed(
         &mut self,
         charges: Option<&[f64]>,
@@ -120,8 +120,8 @@ impl StateJumps<'_> {
         shortest: f64,
         start: Start,
     ) -> StateJump {
-        // what junctions end has no time constant that is known: a step short beside all that are
-        // may be long beside it, and its square is no jump
+        // what junctions end has no time constant that is known: a step short compared with all that are
+        // may be long compared with it, and its square is no jump
         let shortest_part = if self.solver.smooth.is_some() { AGAIN * JUMP } else { JUMP };
         while state_jump.part > shortest_part && self.has_jumped(charges, &begun.0, &state_jump) {
             (self.state.z, self.state.l) = begun.clone();

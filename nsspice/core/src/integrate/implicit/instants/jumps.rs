@@ -185,9 +185,10 @@ impl Stepper {
         self.state.z.copy_from_slice(&settled.z);
         self.state.l.copy_from_slice(&settled.l);
         if settled.missed <= HELD || settled.calm && !self.facts.storage.tight() {
-            // what is stored stays to its last digit; currents that a shared flux does not tell belong to the end of
-            // the step, and where that misses more than rounding so do the others: their sums hold there. So does a
-            // picofarad across a closed switch, of which charges beside it tell nothing: more than the certificate grants
+            // what is stored stays to its last digit; currents that a shared flux does not determine belong to the
+            // end of the step, and where that misses more than rounding so do the others: their sums hold there. So
+            // does a picofarad across a closed switch, of which larger charges show nothing: more than the
+            // certificate grants
             let [volts, _] = self.jumps().scale_of(&after);
             let most = if volts > 0.0 { CLOSE * volts } else { f64::INFINITY };
             let kinds = &self.solver.sys.linear.row_kind;
@@ -201,14 +202,14 @@ impl Stepper {
         self.jumps().tie_groups();
         if self.recorder.samples.jumped() {
             self.state.u1.copy_from_slice(&self.state.u0);
-            // a state, not a step; the short one tells what its rounding is measured by
+            // a state, not a step; the short one shows what its rounding is measured by
             let ahead = settled.rates().zip(&settled.z).map(|(rate, z)| z + settled.length * rate);
             self.recorder.z_recorded.iter_mut().zip(ahead).for_each(|(recorded, z)| *recorded = z);
             self.recorder.record(&self.state, -settled.length);
         }
     }
 
-    /// Applies the switch laws until they agree with the state; a first look at the switches has told
+    /// Applies the switch laws until they agree with the state; a first look at the switches has shown
     /// whether one has changed.
     pub(in crate::integrate) fn settle_after(&mut self, mut changed: bool) -> Outcome {
         for round in 0..MAX_REACTIONS {

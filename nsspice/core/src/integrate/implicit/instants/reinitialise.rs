@@ -10,7 +10,7 @@ use crate::mlcp::Role;
 use crate::structure::Coordinates;
 
 impl Stepper {
-    /// Tells what the storage and conductance matrices have been summed from, as (unknown, unknown or -1, value).
+    /// Sets what the storage and conductance matrices have been summed from, as (unknown, unknown or -1, value).
     pub fn know_elements(
         &mut self,
         capacitors: &[(isize, isize, f64)],

@@ -116,7 +116,7 @@ impl Solver {
         Ok((once, alike.then_some(twice)))
     }
 
-    /// Solves a short step, if need be from an ordinary one down by steps of ever smaller length,
+    /// Solves a short step, if necessary from an ordinary one down by steps of ever smaller length,
     /// each starting from the last; returns the length that was reached.
     fn approach(
         &mut self,
@@ -144,7 +144,7 @@ impl Solver {
     }
 
     /// Whether no voltage lies across the pairs that block in the mode `on` of a short step and conduct
-    /// in the other one of `active` and the present: closed switches and diodes beside each other share
+    /// in the other one of `active` and the present: closed switches and diodes in parallel share
     /// their current in many ways.
     fn without_voltage(&self, state: &State, end: &Short, on: &[bool], active: &[bool]) -> bool {
         let w = self.sys.linear.slacks_of(&end.z, &end.l);
@@ -154,7 +154,7 @@ impl Solver {
     }
 
     /// How far the charges of junctions are from going as straight through two short steps to length 0 as the
-    /// unknowns do, beside a scale: they are exponentials of voltages.
+    /// unknowns do, relative to a scale: they are exponentials of voltages.
     pub(in crate::integrate) fn curvature_of_charges(
         &mut self,
         state: &State,

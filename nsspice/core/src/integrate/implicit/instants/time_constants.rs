@@ -1,9 +1,9 @@
-//! What reinitialising steps have to be short beside: the fastest times of a circuit.
+//! What reinitialising steps have to be short against: the fastest times of a circuit.
 
 use crate::integrate::implicit::instants::state_jumps::StateJumps;
 use crate::sparse::Csc;
 
-/// Times of junctions are estimates, and their charges small: beside them 1e-5 is short.
+/// Times of junctions are estimates, and their charges small: compared with them 1e-5 is short.
 const OF_FUNCTIONS: f64 = 1e3;
 /// An estimate of the fastest time constant [s]: largest rate at which stored quantities act on each
 /// other, directly or through one algebraic unknown, in coordinates with unit storage.
@@ -36,11 +36,11 @@ pub(in crate::integrate) fn fastest_time(e: &Csc, g: &Csc) -> f64 {
 }
 
 impl StateJumps<'_> {
-    /// What reinitialising steps have to be short beside [s]: charges of junctions move in times that the
-    /// present state tells.
+    /// What reinitialising steps have to be short against [s]: charges of junctions move in times that the
+    /// present state gives.
     pub(in crate::integrate) fn shortest_time(&mut self) -> f64 {
         let known = self.step_length.min(self.facts.fastest);
-        let instant = f64::EPSILON * self.step_length; // no time at all beside the steps
+        let instant = f64::EPSILON * self.step_length; // no time at all compared with the steps
                                                        // the charge of a blocking junction may be next to nothing, and as fast
         let (linear, u, time) = (&self.solver.sys.linear, &self.state.u0, self.state.time);
         let Some(smooth) = &mut self.solver.smooth else { return known };

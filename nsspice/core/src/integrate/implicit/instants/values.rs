@@ -1,6 +1,6 @@
 //! Right after an instant: the values and the rates to which given charges and fluxes lead.
 //!
-//! An implicit step obeys all laws at its end, whatever its length is. So the values that belong to charges `c` are
+//! An implicit step obeys all laws at its end, for any length. So the values that belong to charges `c` are
 //! those at the end of the step that ends with them,
 //!
 //! ```text
@@ -8,10 +8,10 @@
 //! ```
 //!
 //! and `(z+ - z-) / h` are the rates right there: no limit of short lengths is taken. Where it begins is found by
-//! deferred correction: `z-` gets what the last trial has missed of `c`, of which a step short beside the times of the
-//! network leaves little (H. J. Stetter, The defect correction principle, Numer. Math. 29, 1978). Sources move on
-//! from here; the first trial begins where a step with them leads, backwards, since laws of charges and fluxes alone
-//! (capacitors across a source, inductors in series) hold in all of them and are corrected by none.
+//! deferred correction: `z-` gets what the last trial has missed of `c`, of which a step short compared with the
+//! times of the network leaves little (H. J. Stetter, The defect correction principle, Numer. Math. 29, 1978).
+//! Sources move on from here; the first trial begins where a step with them leads, backwards, since laws of charges
+//! and fluxes alone (capacitors across a source, inductors in series) hold in all of them and are corrected by none.
 //!
 //! Charges that no step ends with break such a law: an impulse is left.
 
@@ -24,15 +24,18 @@ use crate::mlcp::Start;
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::tolerances::{CLEARLY, PROGRESS};
 
-/// The longest step, beside an ordinary one: what moves much in it is not corrected, and the next one is shorter by
-/// [`DESCENT`].  Junctions that block make times of 1e-22 s that nothing happens in, beside which no step is short.
+/// The longest step, relative to an ordinary one: what moves much in it is not corrected, and the next one is shorter
+/// by
+/// [`DESCENT`].  Junctions that block make times of 1e-22 s that nothing happens in, compared with which no step is
+/// short.
 const AT_ONCE: f64 = 1e-6;
-/// The same beside the fastest time that is known: each correction then leaves that part of what it corrects, and three
-/// of them lead from the charges of a volt to [`HELD`].
+/// The same relative to the fastest time that is known: each correction then leaves that part of what it corrects,
+/// and three of them lead from the charges of a volt to [`HELD`].
 const LONGEST: f64 = 1e-4;
-/// The least beside that time: rounding of charges counts by the inverse, so that six digits of the rates are left.
+/// The least relative to that time: rounding of charges counts by the inverse, so that six digits of the rates are
+/// left.
 const LEAST: f64 = 1e-10;
-/// Beside the currents of blocking junctions the first motion from rest is large in any of them.
+/// Next to the currents of blocking junctions the first motion from rest is large in any of them.
 const TRIALS: usize = 20;
 /// Corrections, each of which has to leave at most half of what it corrects.
 const CORRECTIONS: usize = 32;
@@ -88,7 +91,8 @@ pub fn to_zero([once, twice, thrice]: [&[f64]; 3]) -> Vec<f64> {
 }
 
 impl StateJumps<'_> {
-    /// The values that belong to the charges of `after`, and what the steps say that were tried; the longest that tells.
+    /// The values that belong to the charges of `after`, and what the steps say that were tried; the longest that
+    /// decides.
     pub(in crate::integrate) fn settle(
         &mut self,
         after: &[f64],
@@ -109,7 +113,8 @@ impl StateJumps<'_> {
                     if calm || better {
                         best = Some(found);
                     }
-                    // what breaks a law moves as much in a step as in a shorter one, if these are short beside all times
+                    // what breaks a law moves as much in a step as in a shorter one, if these are short compared with
+                    // all times
                     let short = length <= JUMP * shortest;
                     let impulse =
                         short && moved > IMPULSE && (moved - last).abs() < CLEARLY * moved;
@@ -177,7 +182,7 @@ impl StateJumps<'_> {
             let (z, l) = (self.state.z.clone(), self.state.l.clone());
             let missing = self.charges_apart(after, &z, scale);
             let missed = missing[0].max(missing[1]);
-            // fluxes that have only begun to move tell nothing of charges
+            // fluxes that have only begun to move say nothing about charges
             let little = |(missed, moved): (f64, f64)| missed <= HELD.max(CLOSE * moved);
             if missed.is_nan() || best.as_ref().is_some_and(|best| missed >= PROGRESS * best.missed)
             {
@@ -230,7 +235,7 @@ impl StateJumps<'_> {
     }
 
     /// The largest charge and the largest flux by which two states differ, each as a part of what the largest voltage
-    /// (current) would store there: picofarads count beside farads.
+    /// (current) would store there: picofarads count next to farads.
     fn charges_apart(&mut self, one: &[f64], other: &[f64], largest: [f64; 2]) -> [f64; 2] {
         let (e, kinds) = (&self.solver.sys.linear.e, &self.solver.sys.linear.row_kind);
         let scale: Vec<f64> = kinds.iter().map(|&kind| largest[usize::from(kind)]).collect();
@@ -241,7 +246,7 @@ impl StateJumps<'_> {
         if let Some(smooth) = self.solver.smooth.as_mut().filter(|smooth| smooth.newton.stores()) {
             let clock = smooth.clock(self.state.time);
             let slopes = smooth.newton.stored_slopes(other, &self.state.u0, clock);
-            // what a blocking junction has left is nothing beside the largest charge so far, or what the largest
+            // what a blocking junction has left is nothing next to the largest charge so far, or what the largest
             // current brings in an ordinary step
             let passing = largest[1] * self.step_length;
             for (row, c, slope) in slopes {
@@ -251,7 +256,7 @@ impl StateJumps<'_> {
             smooth.add_stored_at(one, &self.state.u0, self.state.time, 1.0, &mut gaps);
             smooth.add_stored_at(other, &self.state.u0, self.state.time, -1.0, &mut gaps);
         }
-        // perfectly coupled inductors carry currents that their fluxes do not tell, but for rounding
+        // perfectly coupled inductors carry currents that their fluxes do not determine, but for rounding
         let rounding = self.solver.stored_sizes(&change);
         let part = |((gap, size), rounding): ((&f64, &f64), &f64)| {
             // of a node few capacitors and functions meet, of a winding few others
@@ -283,8 +288,8 @@ impl StateJumps<'_> {
         found
     }
 
-    /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing beside the
-    /// largest voltage and current here and in that one.
+    /// Whether pairs that the present mode and another one treat differently carry and bear next to nothing relative
+    /// to the largest voltage and current here and in that one.
     fn neutral(&self, other: &[bool], [z, l]: [&[f64]; 2]) -> bool {
         let [volts, amperes] = self.solver.sys.largest(&[&self.state.z, z]);
         let slacks = [

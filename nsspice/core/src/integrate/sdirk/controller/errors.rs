@@ -1,4 +1,4 @@
-//! How large the error of a step is, beside what is allowed.
+//! How large the error of a step is, relative to what is allowed.
 
 use super::energies::Point;
 use super::estimate::Estimate;
@@ -35,7 +35,7 @@ impl Sdirk {
             || self.energies.is_some()
         {
             // what a step damps moves its inside, not its end: ringing, and what decays within the first
-            // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps tell enough
+            // step of a mode; elsewhere the motion in a mode is smooth: the ends of steps show enough
             self.trial.look_inside(s, &mut self.stage_equations, self.tableau);
         }
         let end = &self.trial.stages.ends[self.tableau.stages() - 1];

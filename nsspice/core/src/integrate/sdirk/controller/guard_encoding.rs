@@ -6,7 +6,7 @@ use crate::mlcp::Role;
 
 /// Voltages by currents [Ohm], to compare multipliers with slacks.
 pub struct Resistances {
-    /// the largest voltage by the currents beside each pair
+    /// the largest voltage by the currents near each pair
     beside: Vec<f64>,
 }
 

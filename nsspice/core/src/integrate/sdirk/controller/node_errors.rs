@@ -68,7 +68,7 @@ impl Nodes {
         }
     }
 
-    /// Of both nodes of an unknown the error and what it is measured by, of that which errs more beside it.
+    /// Of both nodes of an unknown the error and what it is measured by, of the larger relative error.
     pub fn worse(&self, own: usize, scales: &Scales, ahead: f64, least: f64) -> (f64, f64) {
         let of = |j: usize| {
             let beyond = ahead * (self.last[j] - self.first[j]).abs();

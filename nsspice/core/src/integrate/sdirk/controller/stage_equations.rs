@@ -135,7 +135,7 @@ impl StageEquations {
         self.levels.at(s, level, length)
     }
 
-    /// One implicit step in the present mode, whatever the signs of its guards; `x` takes unknowns, guards
+    /// One implicit step in the present mode, for any signs of its guards; `x` takes unknowns, guards
     /// and functions.
     pub fn solve(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         if s.solver.smooth.is_some() {
@@ -198,7 +198,7 @@ impl StageEquations {
     }
 
     /// Where a solution in another mode stores something else, what is stored goes on in the present one: its guards
-    /// tell that it has ended, and the curve to the instant at which it did so must not know of what comes after.
+    /// show that it has ended, and the curve to the instant at which it did so must not know of what comes after.
     fn keeps_mode(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> bool {
         let StageProblem { level, from, u, .. } = problem;
         let n = s.state.z.len();
@@ -297,7 +297,7 @@ impl StageEquations {
         let driver = &mut self.stage_of(s, level).driver;
         let (z, l) = x.split_at_mut(s.state.z.len());
         let most = ORDINARY * size(z).max(size(l));
-        // beside the voltages of inductors in a very short step a conflict hides; a longer one tells.  What was
+        // a conflict hides behind the voltages of inductors in a very short step; a longer one shows it.  What was
         // there before hides none, however little is stored by now
         driver
             .solve(&s.solver.scratch.rhs, &s.solver.sys.linear.q, &s.state.roles, z, l, Start::Warm)
@@ -330,7 +330,7 @@ impl StageEquations {
         (self.candidate.x, self.candidate.active) = (sharp, active);
     }
 
-    /// As `solve`, but in whatever mode the laws ask for at this instant; `met` tells which one.  The
+    /// As `solve`, but in the mode that the laws require at this instant; `met` says which one.  The
     /// guards are those of [`StageEquations::solve_open`].
     pub fn cross(&mut self, s: &mut Stepper, problem: StageProblem, x: &mut [f64]) -> Fit {
         if s.solver.smooth.is_some() {

@@ -5,7 +5,7 @@ use crate::integrate::implicit::stepper::Stepper;
 
 /// Levels of step lengths: the shortest step is 2^-44 of the longest.
 pub const LEVELS: usize = 45;
-/// Size below which an unknown is small beside the others of its kind.
+/// Size below which an unknown is small relative to the others of its kind.
 pub const SMALL: f64 = 1e-3;
 /// Memory for matrices and factors of all levels [numbers], roughly.
 const BUDGET: usize = 40_000_000;

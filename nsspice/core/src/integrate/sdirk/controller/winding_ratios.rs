@@ -1,9 +1,9 @@
 //! Ratios of the voltages of perfectly coupled inductors, which `L/h` of a short step may hide.
 //!
 //! Of `L/h` nothing is left in a ratio.  A mode that leaves something else open, the potential of a part without a
-//! path to ground, is solved by the nearest point to a solution; beside so large terms the currents of the
+//! path to ground, is solved by the nearest point to a solution; next to such large terms the currents of the
 //! inductors seem to be open, too, and what lets one diode carry those of two passes for a solution.  A longer step
-//! tells.
+//! decides.
 
 use crate::descriptor::Linear;
 use crate::integrate::implicit::stepper::Stepper;
@@ -42,7 +42,7 @@ impl Ratio {
 pub struct Ratios(Vec<Ratio>);
 
 impl Ratios {
-    /// Finds the inductors whose fluxes others tell.
+    /// Finds the inductors whose fluxes are determined by others.
     pub fn new(linear: &Linear) -> Ratios {
         let ratio = |law: &Multiples| {
             let combined = |matrix: &Csc| -> Row {

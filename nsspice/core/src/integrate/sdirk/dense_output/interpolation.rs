@@ -1,4 +1,4 @@
-//! Rows inside long steps: where a polynomial through a few of them tells all, the laws are solved for
+//! Rows inside long steps: where a polynomial through a few of them gives all, the laws are solved for
 //! those alone.
 //!
 //! The few are at Chebyshev's points, so that the polynomial errs about as little as one of its degree

@@ -14,11 +14,11 @@ use crate::union_find::UnionFind;
 const WORTH: f64 = 3.0;
 
 /// Decides for each step whether its rows may come from the polynomial alone.  Of parts that are
-/// stiffer than the step is short it tells less than the laws do.
+/// stiffer than the step is short it is less reliable than the laws.
 pub struct StoredRows {
     /// the outputs as sums of unknowns, if all are stored
     sums: Option<Vec<Sum>>,
-    /// what they have of sources beside those
+    /// what they have of sources in addition
     driven: Driven,
     curve: Curve,
     /// largest outputs so far

@@ -27,7 +27,7 @@ const TURNS: u32 = 64;
 /// See [`TURNS`]: with two decades more no event of the tests is found elsewhere.
 const NOWHERE: f64 = 1e-6;
 
-/// The instant at which a guard vanished in such a step, which nothing but the list of events tells, is wanted to this
+/// The instant at which a guard vanished in such a step, which appears only in the list of events, is wanted to this
 /// part of the step.
 pub(in crate::integrate::sdirk) const CLOSE: f64 = 1e-6;
 /// Evaluations spent on it: every other one halves the bracket, from the whole step down to [`CLOSE`].
@@ -88,7 +88,7 @@ impl Sdirk {
         depth: f64,
     ) -> Passage {
         let first = self.tableau.looks_back();
-        // a thyristor that has stopped conducting does not begin again, whatever its signs say
+        // a thyristor that has stopped conducting does not begin again, regardless of its signs
         let latched = (0..s.switching.count()).any(|k| s.switching.latched(k));
         if self.settings.accuracy.relative >= 1.0
             || latched
@@ -154,7 +154,7 @@ impl Sdirk {
         let kept = self.trial.at.clone();
         let (mode, open) = (self.trial.mode.clone(), self.stage_equations.open);
         let found = changed.iter().zip(around).map(|(&i, bracket)| {
-            // Newton's method would have to begin anew at each point
+            // Newton's method would have to start again at each point
             let part =
                 if s.solver.smooth.is_some() { on_line(bracket) } else { self.root(s, i, bracket) };
             ((self.trial.start + part * self.trial.length).min(s.state.time), i, mode[i])

@@ -56,7 +56,7 @@ impl Locator<'_> {
         };
         let mut coming: Vec<usize> = (0..s.switching.count()).filter(may_come).collect();
         self.that_are_there(&mut coming, end);
-        // most only cross it there: instants are told to this part of a step
+        // most only cross it there: instants are reported to this part of a step
         self.that_are_there(&mut coming, end * (1.0 - CLOSE));
         let mut first: Option<f64> = None;
         for k in coming {

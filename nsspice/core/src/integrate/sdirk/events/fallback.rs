@@ -54,7 +54,7 @@ impl Fallback {
     }
 
     /// Notes an event at a time, without a whole step since the last one.  So many events that an implicit
-    /// step, which is at least `little` long, would not step across do not accumulate: they are counted anew.
+    /// step, which is at least `little` long, would not step across do not accumulate: they are counted again.
     pub fn note_event(&mut self, time: f64, little: f64) {
         let slow = self.events >= IN_A_ROW && time - self.since > BURST * little;
         if self.events == 0 || slow {
@@ -138,7 +138,7 @@ mod tests {
     fn events_pile_up_if_they_leave_no_time() {
         assert!(!after_events(IN_A_ROW, 0.1 * LITTLE).is_crowded(1.0));
         assert!(after_events(IN_A_ROW + 1, 0.1 * LITTLE).is_crowded(1.0));
-        // those that an implicit step would not step across are counted anew
+        // those that an implicit step would not step across are counted again
         assert!(!after_events(3 * IN_A_ROW, BURST * LITTLE).is_crowded(1.0));
         let mut progress = after_events(IN_A_ROW + 1, 0.0);
         progress.note_progress();

@@ -1,4 +1,4 @@
-//! What tells that a mode has ended: signs of the pairs, thresholds of the switches.  Currents are measured by those of
+//! What shows that a mode has ended: signs of the pairs, thresholds of the switches.  Currents are measured by those of
 //! their part of the network ([`Parts`]).
 
 use crate::integrate::implicit::stepper::Stepper;
@@ -126,7 +126,7 @@ impl Scales {
         }
     }
 
-    /// The largest current beside a pair so far [A].
+    /// The largest current near a pair so far [A].
     pub fn current_beside(&self, pair: usize) -> f64 {
         self.currents[self.parts.of_pair(pair)]
     }

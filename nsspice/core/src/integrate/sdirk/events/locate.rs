@@ -108,7 +108,7 @@ impl Locator<'_> {
         if self.s.switching.count() < 2 {
             return root;
         }
-        // gates that take turns do so at one instant, which rounding tells apart
+        // gates that take turns do so at one instant, which rounding separates
         let (start, length) = (self.trial.start, self.trial.length);
         let later = (root + INSTANT * (start + root * length) / length).min(high);
         let [turned, more] = [root, later].map(|theta| self.turned(theta));

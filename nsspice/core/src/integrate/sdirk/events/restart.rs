@@ -20,7 +20,7 @@ impl Sdirk {
     }
 
     /// Whether the rates of what is stored are known at the begin of a step although it does not continue another
-    /// one: the structure of the network has told them.
+    /// one: the structure of the network has given them.
     pub(in crate::integrate::sdirk) fn knows_rates(&mut self, s: &mut Stepper) -> bool {
         let rates = s.instants.begun.take().filter(|_| self.settings.method.continues());
         rates.iter().for_each(|rates| self.trial.begin_rates(rates));
@@ -54,7 +54,7 @@ impl Sdirk {
         s.log_events();
     }
 
-    /// Tells which guards of pairs are zero up to rounding.
+    /// Finds which guards of pairs are zero up to rounding.
     fn measure_pairs(&self, s: &mut Stepper) {
         let Some(continuous) = &mut s.instants.continuous else { return };
         for (k, zero) in continuous.zero.iter_mut().enumerate() {
@@ -62,7 +62,7 @@ impl Sdirk {
         }
     }
 
-    /// Samples the switches that come to no rest at an instant if the tolerance does not tell on which side of
+    /// Samples the switches that come to no rest at an instant if the tolerance does not decide on which side of
     /// its threshold any of them is, and begins once more from `before`; false if there is no such solution.
     fn calm(&mut self, s: &mut Stepper, before: (&[f64], &[f64])) -> bool {
         let near = self.scales.near(s, &s.state.z, self.settings.accuracy.relative);
@@ -177,7 +177,7 @@ impl Sdirk {
         s.solver.carry_stored(&s.state, &from);
         s.solver.forget_functions();
         s.state.time = end;
-        // its record tells no rates: they follow from the charges of both ends, however short it is
+        // its record has no rates: they follow from the charges of both ends, however short it is
         if let Err(failure) =
             s.solver.exactly(|solver| solver.solve(&mut s.state, k, length, Start::Warm))
         {
