@@ -1,6 +1,6 @@
 """Expressions once more: what engines compute with, against the trees that were read.
 
-Everything a deck writes as an expression is evaluated by numpy from its tree, at recorded points and
+Each expression of a deck is evaluated by numpy from its tree, at recorded points and
 with the voltages of the nodes that it names.  Three things may stand for it in the system:
 
 - A *tape*.  Its value is that of the tree, up to the rounding of the signals.
