@@ -13,6 +13,7 @@ from .engines import Plan
 from .errors import wrong
 from .expression import Expr, as_vector
 from .impacts import Impacts, check_start
+from .refused import check_index, check_kept, check_path, check_times
 from .scheme import Scheme
 from .trajectory import Task, check_run, simulate, step_through
 
@@ -182,12 +183,43 @@ class DVI:
         """
         check_run(stop, rows, step)
         check_start(self.model, self.start, self.at)
+        check_index(self.model)
+        check_times(self.model, self.at, self.at + stop)
+        solution = self._solved(
+            stop, Scheme(theta, variant, theta_on, time, coefficients), method, step, rows, reltol
+        )
+        # a jump at the start may have any size
+        jumped = any(impulse.time <= self.at for impulse in solution.impulses)
+        signals = {name: solution[name] for name in self.signals}
+        check_kept(self.start, solution.time, signals, jumped)
+        check_path(self.model, solution.time, signals)
+        return solution
+
+    def _solved(
+        self,
+        stop: float,
+        scheme: Scheme,
+        method: str,
+        step: float | None,
+        rows: int,
+        reltol: float,
+    ) -> Solution:
+        """Return the solution of the engine that is asked for."""
+        theta = scheme.theta
         if self.guess and method == "auto" and step is None and theta == 1.0:
             solution: Solution = self.to_ode().run(stop, rows=rows, reltol=max(reltol, 2.5e-14))
             return solution
-        scheme = Scheme(theta, variant, theta_on, time, coefficients)
+        if self.guess and method not in ("auto", "moreau"):
+            names = ", ".join(self.guess)
+            raise wrong(
+                "NS6004",
+                f"method={method!r} does not follow the selection that the start of {names} picks",
+                "method='auto' follows it as long as it is regular",
+            )
         kind, reason = self.problem_class
-        task = Task(self.model, self.start, self.signals, kind, reason, self.name, self.at)
+        task = Task(
+            self.model, self.start, self.signals, kind, reason, self.name, self.at, self.guess
+        )
         impacts = Impacts.of(self.model, self.conditions, float(stop))
         plan = Plan(float(stop), stop / rows, method, theta, step, reltol)
         if method in ("auto", "moreau") and not (scheme.plain and method == "auto"):

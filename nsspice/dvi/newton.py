@@ -22,12 +22,19 @@ from .errors import unsolved
 Floats = npt.NDArray[np.float64]
 
 _MOST = 60
+#: of two Newton steps: below 1/2 the start lies where Newton's method converges quadratically to
+#: the one solution around it (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, sec. 2.1)
+_CONTRACTS = 0.25
 #: a Newton step below so many rounding units of the largest unknown changes nothing that is known
 _UNITS = 32.0 * 2.0**-53
 #: quadratic convergence squares what is left: from here on the next step is below rounding
 _CLOSE = 2.0**-26
 #: of a sum, per term (Higham, Accuracy and Stability of Numerical Algorithms, 2002, section 3.1)
 _ROUNDING = 2.0**-52
+
+
+class NotNear(Exception):
+    """Newton's method does not contract from the last solution."""
 
 
 class StepProblem:
@@ -44,6 +51,8 @@ class StepProblem:
         system = assembly.system
         self.point = np.zeros(system.n), np.zeros(system.m)
         self.residual, self.solved = 0.0, 0
+        #: solutions far from the last one are none: Newton's method has to contract at once
+        self.near = False
         self._G = system.G.dense()
         self._A, self._B, self._D = (x.dense() for x in (system.A, system.B, system.D))
         self._active = np.zeros(system.m, dtype=bool)
@@ -147,8 +156,8 @@ class StepProblem:
     ) -> tuple[Floats, Floats]:
         assert self._F is not None
         self._data = given, np.array([time])
-        change = np.inf
-        for _ in range(_MOST):
+        change, first = np.inf, np.inf
+        for count in range(_MOST):
             values, J = self._evaluated(z)
             K = self._G + self._F @ J
             self.point = z, lam
@@ -157,6 +166,9 @@ class StepProblem:
             z, size = new, float(np.max(np.abs(new), initial=0.0))
             if not J.any():  # functions of the data alone: the problem was linear
                 return z, lam
+            if self.near and count == 1 and moved > _CONTRACTS * first and moved > _CLOSE * size:
+                raise NotNear
+            first = moved if count == 0 else first
             # steps that shrink no more are rounding of the functions themselves
             stalled = moved >= 0.5 * change and moved <= _CLOSE * size
             if moved <= _UNITS * size or stalled:
@@ -180,6 +192,12 @@ class StepProblem:
             if variable < z.size:
                 J[function, variable] += slopes[entry]
         return values, J
+
+    def matrix(self) -> Floats:
+        """Return the matrix of the linearised equations at the last solution, shape (n, n)."""
+        if self._F is None:
+            return self._G
+        return np.asarray(self._G + self._F @ self._evaluated(self.point[0])[1])
 
     def jacobian(self, z: Floats) -> Floats:
         """Return the derivatives of the smooth functions at the data of the last solution."""

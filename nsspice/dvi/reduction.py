@@ -10,7 +10,8 @@ Source: T. Roubal (2015), sections 2.2.1 and 2.2.2.
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,19 +20,29 @@ import numpy.typing as npt
 from ..analyses.certificate.certificate import Certificate
 from ..analyses.signals.events import Events
 from ..analyses.solution.solution import IslandRun, Solution
+from ..errors import NumericalError
 from ..netlist.expressions.node import var
 from ..problems.matrices import is_p_matrix
 from ..problems.regularity import inverses
 from .assembly import Model, Pair, Row, assemble
 from .errors import RegularityLost, wrong
 from .expression import Expr
-from .newton import StepProblem
+from .newton import NotNear, StepProblem
 from .scheme import put
 
 if TYPE_CHECKING:
     from .dvi import DVI
 
 Floats = npt.NDArray[np.float64]
+
+#: a selection that is followed in steps below this part of the way has ended
+_SHORTEST = 2.0**-20
+_HALF = 0.5
+#: tolerances of a step that it may miss its integral by: its interpolant is of order 7
+_GRANTED, _FINEST = 1e3, 2.5e-14
+#: instants inside each step at which the rates are evaluated once more for the certificate: a rule
+#: of degree 13, beside a method of order 8
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
 
 
 class Reduced:
@@ -75,17 +86,90 @@ class Reduced:
         assembly = self._problem.assembly
         z = np.array([self._guess.get(name, 0.0) for name in assembly.columns])
         self._problem.point = z, np.zeros(assembly.system.m)
-        self._last: tuple[float, list[float]] | None = None
+        self._problem.near = False
+        self._last: tuple[float, Floats] | None = None
         self._found: dict[str, float] = {}
+        x = np.array([self.problem.start[name] for name in self.states])
+        self.unknowns(self.problem.at, x)
+        self._problem.near = bool(self._guess)
+        self._matrix = self._problem.matrix()
 
     def unknowns(self, t: float, x: npt.ArrayLike) -> dict[str, float]:
-        """Return the multipliers and algebraic unknowns u(t, x) by name."""
-        given = np.asarray(x, dtype=float).tolist()
-        if self._last != (t, given):
-            values = dict(zip(self.states, given, strict=True))
-            self._found = self._problem.solve(values, t, t)
+        """Return the multipliers and algebraic unknowns u(t, x) by name.
+
+        They are followed along a straight line from where they were found last.
+
+        Raises
+        ------
+        RegularityLost
+            NS6021 if the selection ends on the way.
+        """
+        given = np.asarray(x, dtype=float)
+        if self._last is None:
+            self._found = self._at(t, given)
             self._last = t, given
+        elif self._last[0] != t or not np.array_equal(self._last[1], given):
+            self._follow(t, given)
         return self._found
+
+    def _at(self, t: float, x: Floats) -> dict[str, float]:
+        values = dict(zip(self.states, x.tolist(), strict=True))
+        return self._problem.solve(values, t, t)
+
+    def _follow(self, t: float, x: Floats) -> None:
+        """Go to a point in steps so short that no other solution is met.
+
+        Without smooth terms a solution is found as it is: where it is the only one in its modes
+        there is nothing to follow.
+        """
+        assert self._last is not None
+        t0, x0 = self._last
+        begin = self._problem.point, self._last, self._found
+        done, share, before = 0.0, 1.0, self._matrix
+        while done < 1.0:
+            end = min(1.0, done + share)
+            middle = x if end == 1.0 else x0 + end * (x - x0)
+            time = t if end == 1.0 else t0 + end * (t - t0)
+            kept = self._problem.point
+            try:
+                found = self._at(time, middle)
+                matrix = self._beside(before)
+                self._found, before = found, matrix
+            except (NotNear, NumericalError):
+                self._problem.point = kept
+                if not self._problem.near:
+                    raise
+                share *= 0.5
+                if share < _SHORTEST:
+                    # back from where rounding chooses between solutions
+                    self._problem.point, self._last, self._found = begin
+                    raise RegularityLost(time, self.states[0], np.inf) from None
+                continue
+            self._last, done = (time, middle), end
+            share *= 2.0
+        self._matrix = before
+
+    def _beside(self, before: Floats) -> Floats:
+        """Return the matrix of the linearised equations, which is near to that of the last point.
+
+        Between matrices whose quotient is within 1/2 of 1 there is no singular one: the solutions
+        belong to one branch.
+
+        Raises
+        ------
+        NotNear
+            If it is not.
+        """
+        matrix = self._problem.matrix()
+        if not self._problem.near:
+            return matrix
+        try:
+            quotient = np.linalg.solve(before, matrix)
+        except np.linalg.LinAlgError:
+            raise NotNear from None
+        if not np.linalg.norm(quotient - np.eye(len(matrix)), 2) <= _HALF:
+            raise NotNear
+        return matrix
 
     def __call__(self, t: float, x: npt.ArrayLike) -> Floats:
         """Return the rates of the states, shape (n,)."""
@@ -156,13 +240,22 @@ class Reduced:
             distance.terminal = True  # type: ignore[attr-defined]
             return distance
 
+        def rate(s: float, y: Floats) -> Floats:
+            try:
+                return self(s, y) if np.all(np.isfinite(y)) else np.full(y.size, np.nan)
+            except RegularityLost:  # on trial: a shorter step may keep away from there
+                return np.full(y.size, np.nan)
+
         events = [event(k) for k in range(m)]
+        self(t, x)  # what has no rates at the start is told at once
+        defect = 0.0
         while t < end:
             got = solve_ivp(
-                self, (t, end), x, method="DOP853", rtol=reltol, atol=reltol * scale,
+                rate, (t, end), x, method="DOP853", rtol=reltol, atol=reltol * scale,
                 events=events, dense_output=True,
             )  # fmt: skip
             calls += int(got.nfev)
+            defect = max(defect, self._defect(got.t, got.sol, got.y, rate))
             if got.status < 0:
                 raise RegularityLost(float(got.t[-1]), self.states[0], np.inf)
             last = float(got.t[-1])
@@ -212,9 +305,34 @@ class Reduced:
                     reltol,
                 )
             ],
-            certificate=Certificate(self._problem.residual, self._problem.residual, calls),
+            certificate=Certificate(
+                self._problem.residual,
+                self._problem.residual,
+                calls,
+                late=defect / (_GRANTED * max(reltol, _FINEST)),
+            ),
             wall_time=clock.perf_counter() - begun,
         )
+
+    def _defect(
+        self, times: Floats, inside: Any, states: Floats, rate: Callable[[float, Floats], Floats]
+    ) -> float:
+        """Return how far steps miss the integrals of their rates, as a part of what they add up.
+
+        The rates are evaluated at other instants than those of the method, the unknowns followed
+        to them anew.
+        """
+        worst = 0.0
+        if len(times) < 2:
+            return worst
+        for k, (a, b) in enumerate(pairwise(times.tolist())):
+            at = 0.5 * (a + b) + 0.5 * (b - a) * _NODES
+            rates = np.array([rate(s, inside(s)) for s in at.tolist()])
+            total = 0.5 * (b - a) * (_WEIGHTS @ rates)
+            size = np.abs(states[:, k]) + 0.5 * (b - a) * (_WEIGHTS @ np.abs(rates))
+            missed = np.abs(states[:, k + 1] - states[:, k] - total)
+            worst = max(worst, float(np.max(missed) / max(float(np.max(size)), 1e-300)))
+        return worst
 
     def _rises(self, k: int, t: float, x: Floats) -> bool:
         h = 1e-9 * max(abs(t), 1.0)

@@ -17,7 +17,7 @@ References: J.-S. Pang, D. E. Stewart, *Differential variational inequalities*, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,7 @@ import numpy.typing as npt
 
 from ..netlist.expressions import evaluate as _evaluate
 from ..netlist.expressions.node import Node, add, mul, num, var
-from .assembly import Model, Row, assemble
+from .assembly import Model, Row, assemble, start_vector
 from .errors import wrong
 from .expression import Expr, names_of
 from .newton import StepProblem
@@ -173,6 +173,7 @@ def march(
     stop: float,
     step: float,
     progress: Callable[[float], None] | None = None,
+    near: Mapping[str, float] | None = None,
 ) -> Steps:
     """Run a scheme on the uniform grid of ``ceil((stop - begin) / step)`` steps.
 
@@ -186,6 +187,8 @@ def march(
         [s]
     progress : callable, optional
         Called with the finished share, 0 to 1.
+    near : mapping of str to float, optional
+        Other unknowns at the beginning, near which the first step is solved.
 
     Raises
     ------
@@ -198,6 +201,8 @@ def march(
     averaged = scheme.theta_on == "multipliers"
     problem = StepProblem(assemble((first if averaged else scheme).step_problem(model, h)))
     later = StepProblem(assemble(scheme.step_problem(model, h))) if averaged else problem
+    if near:
+        problem.point = start_vector(problem.assembly, {**start, **near}), problem.point[1]
     names = list(problem.assembly.places)
     table = np.zeros((count + 1, len(names)))
     old = {name: start.get(name, 0.0) for name in names}

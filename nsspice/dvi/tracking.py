@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..problems.regularity import index_sets, inverses
+from ..solvers.moreau import function_slopes
 from .errors import RegularityLost, unsolved, wrong
 from .expression import Expr, as_vector
 from .setvalued import SetValued
@@ -100,6 +102,7 @@ def track(
     last = _first_failure(static, grid, z, lam, residuals)
     if last is not None:
         raise _lost(static, grid, z[last - 1], lam[last - 1], last, tracking)
+    _check_regular(static, grid, z, lam)
     values = {
         name: static.assembly.read(name, z, lam)
         for name in static.assembly.places
@@ -166,6 +169,51 @@ def _first_failure(
         if k and not solved:
             return int(k)
     return int(z.shape[0]) if z.shape[0] < grid.size else None
+
+
+def _check_regular(static: Static, grid: Floats, z: Floats, lam: Floats) -> None:
+    """Refuse a path that steps over a loss of regularity, at a point of the grid or between two.
+
+    Newton's method may converge on both sides of it.  On a regular path the linearised equations
+    keep their orientation in whatever mode they are.
+
+    Raises
+    ------
+    RegularityLost
+        NS6021 at the point, or after it.
+    """
+    system = static.system
+    n, m = system.n, system.m
+    full = np.zeros((n + m, n + m))
+    full[:n, :n], full[:n, n:] = system.G.dense(), system.A.dense()
+    full[n:, :n], full[n:, n:] = -system.B.dense(), system.D.dense()
+    unit, before = np.eye(n + m), 0.0
+    slopes = _slopes(static, grid, z)
+    on, off = index_sets(system, z, lam)
+    for k, time in enumerate(grid.tolist()):
+        piece = full.copy()
+        if system.smooth is not None:
+            piece[:n, :n] += system.smooth.F.dense() @ slopes[k]
+        blocked = n + np.flatnonzero(~on[k] & off[k])
+        between = bool(np.any(~on[k] & ~off[k]))
+        piece[:, blocked] = unit[:, blocked]
+        regular = inverses(piece[None]) is not None
+        sign = float(np.linalg.slogdet(piece)[0]) if regular else 0.0
+        if between:  # any side of the pairs will do, if one of them has an inverse
+            sign = sign if regular else before
+        elif not regular or (before and sign != before):
+            _, unknown = _modulus(static, z[k], lam[k], time)
+            here = time if not regular or k == 0 else float(0.5 * (grid[k - 1] + grid[k]))
+            raise RegularityLost(here, unknown, np.inf)
+        before = sign
+
+
+def _slopes(static: Static, grid: Floats, z: Floats) -> Floats:
+    """Return the derivatives of the smooth functions at all points, shape (k, p, n)."""
+    smooth = static.system.smooth
+    if smooth is None:
+        return np.zeros((len(grid), 0, static.system.n))
+    return np.asarray(function_slopes(smooth.tape, z, np.zeros((len(grid), 0)), grid))
 
 
 def _contracts(static: Static, time: float, z: Floats, lam: Floats) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -40,6 +40,8 @@ class Task:
     title : str
     begin : float
         Instant of the start [s].
+    guess : dict of str to float
+        Starts of unknowns without rates, which pick one of several solutions.
     """
 
     model: Model
@@ -49,6 +51,7 @@ class Task:
     reason: str
     title: str = ""
     begin: float = 0.0
+    guess: Mapping[str, float] = field(default_factory=dict)
 
 
 def simulate(task: Task, plan: Plan, impacts: Impacts) -> Solution:
@@ -182,7 +185,7 @@ def step_through(task: Task, scheme: Scheme, stop: float, step: float) -> Soluti
     """
     begun = clock.perf_counter()
     start = {name: float(value) for name, value in task.start.items()}
-    found = march(task.model, scheme, start, task.begin, task.begin + stop, step)
+    found = march(task.model, scheme, start, task.begin, task.begin + stop, step, near=task.guess)
     count = found.times.size - 1
     warnings = []
     if scheme.variant == 2:

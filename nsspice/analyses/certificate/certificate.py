@@ -45,7 +45,8 @@ class Certificate:
         The share that they may take.
     late : float
         How far the control of a switch that chatters, and is therefore looked at now and then
-        only, had passed its threshold: the part of its scale, relative to the tolerance.
+        only, had passed its threshold: the part of its scale, relative to the tolerance.  Of an
+        ordinary differential equation how far a step has missed the integral of its rates.
     skipped : Skipped
         Elements that have not been simulated, since nothing that was asked for depends on them.
     several : tuple of str
