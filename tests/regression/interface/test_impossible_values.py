@@ -44,7 +44,9 @@ def test_no_frequencies() -> None:
 
 
 def test_more_periods_than_rounding_can_count() -> None:
-    with pytest.raises(nsspice.UsageError, match="NS4005: a period of 1e\\+300 s is not a multiple"):
+    with pytest.raises(
+        nsspice.UsageError, match="NS4005: a period of 1e\\+300 s is not a multiple"
+    ):
         nsspice.pss(nsspice.read(RC), 1e300)
 
 

@@ -203,3 +203,33 @@ def test_a_run_with_a_free_current_is_not_called_unique(method, beside, unique):
     """The certificate says what one law of the loop says: any current may flow around it."""
     solution = nsspice.tran(nsspice.read(PARALLEL.format(beside=beside)), method=method)
     assert (solution.certificate.uniqueness == "unique") is unique
+
+
+def test_a_ring_of_one_inverter_has_no_operating_point():
+    """v(o) > 1/2 asks for 0 and v(o) <= 1/2 for 1: no state is one, and none is promised."""
+    circuit = nsspice.read("ring\nB1 o 0 V={if(v(o)>0.5,0,1)}\nR1 o 0 1\n.op\n")
+    proof = dc_uniqueness(circuit.islands[0].assemble(analysis="dc"))
+    assert not proof.unique
+    assert proof.elements == ("b1",)
+    with pytest.raises(nsspice.errors.NumericalError, match="NS3007"):
+        circuit.run()
+
+
+INDEX_THREE = """a differentiator behind a differentiator
+V1 a 0 SIN(0 1 100)
+C1 a 0 1u
+F1 0 b V1 1
+C2 b2 0 1
+Vs b b2 0
+RB b 0 1meg
+L1 c 0 1m
+F2 0 c Vs 1
+.tran 0.1m 20m
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "sdirk"])
+def test_a_second_derivative_of_a_source_is_refused(method):
+    """v(c) = L C v1'': of index 3, which no engine with an estimate of its errors certifies."""
+    with pytest.raises((nsspice.errors.NumericalError, nsspice.errors.CertificateError)):
+        nsspice.tran(nsspice.read(INDEX_THREE), method=method)
