@@ -130,6 +130,12 @@ class EffectsReport:
                 f"({number(self.seconds[0], 's', 3)}, {before} -> "
                 f"{number(self.seconds[1], 's', 3)}, {after}), measures within {self.change:.1e}"
             )
+            switches = [edit.owner for edit in self.dropped if edit.kind == "switch"]
+            if switches:
+                lines.append(
+                    f"  {', '.join(switches)}: switches without gate charge; delays and dead times "
+                    "change with it, and only measures of what depends on them show that"
+                )
         else:
             lines.append("  no effect can be dropped within the tolerance and save time")
         for name, value in self.reference.items():

@@ -41,6 +41,13 @@ _KEPT = frozenset(
     {"vto", "kp", "mtriode", "theta", "rd", "rs", "rsh", "is", "js", "n", "rb", "bv", "tnom"}
     | {"gamma", "t_abs"}
 )
+#: parameters of the gate's charge, on which the instants of switching depend
+_GATE_CHARGE = frozenset({"cgs", "cgdmin", "cgdmax", "cgso", "cgdo", "cgbo", "tox"})
+#: what is said where they are left out
+_AT_ONCE = (
+    "; without gate charge it switches as soon as its gate passes the threshold: delays, dead "
+    "times and everything that depends on them are not those of the model"
+)
 #: levels whose cards say threshold and transconductance as LEVEL=1 does
 LEVELS = (1.0, 2.0, 3.0)
 
@@ -86,6 +93,7 @@ def as_switch(element: Element, model: Model, context: Context) -> MosfetSwitch 
     if diode is not None:
         text += f", body diode of {diode.vfwd:.3g} V"
     text += f"; omitted: {', '.join(left)}" if left else ""
+    text += _AT_ONCE if _GATE_CHARGE & set(left) else ""
     context.switched.setdefault(text, []).append(element)
     plain = replace(element, nodes=element.nodes[:3]) if power else element
     return MosfetSwitch(plain, smooth.n, law, legs, smooth.parallel)

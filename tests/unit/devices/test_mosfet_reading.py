@@ -144,3 +144,33 @@ def test_effects_try_the_switch():
     again = build(parse_text(cheap)).devices[1]
     assert isinstance(again, MosfetSwitch)
     assert again.law == made.law
+
+
+DRIVEN = """a gate behind a resistor
+Vd d 0 10
+Vg s 0 PULSE(0 10 0 1n 1n 5u 10u)
+Rg s g 100
+Rd d x 1k
+M1 x g 0 X
+.model X VDMOS(Vto=3 Kp=10 {cgs})
+.options {option}
+.tran 1n 1u
+.measure tran delay WHEN v(x)=5 fall=1
+"""
+
+
+@pytest.mark.parametrize("charged", [True, False])
+def test_instants_that_depend_on_the_gate_charge_are_said_to(charged: bool):
+    """1 nF behind 100 Ohm comes to 3 V of 10 V in 100 ns ln(10/7), and to zero delay without."""
+    text = DRIVEN.replace("{cgs}", "Cgs=1n" if charged else "")
+    delays, told = [], []
+    for option in ("mosfet=model", "mosfet=switch"):
+        circuit = nsspice.read(text.replace("{option}", option))
+        delays.append(circuit.run()[0].measures["delay"])
+        words = " ".join(w.message for w in circuit.warnings)
+        told.append("without gate charge it switches as soon as" in words)
+    lag = 100e-9 * math.log(10.0 / 7.0) if charged else 0.0
+    # 5 mA of the load need 32 mV over the threshold; the edge takes 1 ns
+    assert delays[0] == pytest.approx(lag, abs=1.5e-9)
+    assert delays[1] == pytest.approx(0.3e-9, rel=1e-6)  # 3 V of the edge
+    assert told == [False, charged]
