@@ -7,7 +7,7 @@ it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -124,14 +124,32 @@ class Between:
 
 
 @dataclass(slots=True)
-class _Found:
-    """What was seen of one signal."""
+class _Seen:
+    """What was seen of the signals of one island that are shown.
 
-    hidden: float = 0.0
+    Parameters
+    ----------
+    mine, columns : ndarray of int, shape (k,)
+        Their columns among those of the island, and among those of the output points.
+    """
+
+    mine: Indices
+    columns: Indices
     time: float = 0.0
-    most: float = 0.0
-    when: float = 0.0
-    largest: float = 0.0
+    hidden: Floats = field(init=False)
+    most: Floats = field(init=False)
+    when: Floats = field(init=False)
+    largest: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.hidden, self.most, self.when, self.largest = np.zeros((4, self.mine.size))
+
+    @classmethod
+    def of(cls, island: Between, place: Mapping[str, int]) -> _Seen:
+        """Return that of an island, before anything is seen."""
+        shown = [(k, place[n]) for k, n in enumerate(island.names) if n in place]
+        table = np.array(shown, dtype=np.intp).reshape(-1, 2)
+        return cls(table[:, 0], table[:, 1])
 
 
 @dataclass(slots=True)
@@ -148,7 +166,7 @@ class OutputPoints:
     names: Sequence[str]
     islands: Sequence[Between]
     _last: Floats | None = None
-    _found: dict[str, _Found] = field(default_factory=dict)
+    _seen: list[_Seen] = field(default_factory=list)
     _low: Floats = field(default_factory=lambda: np.zeros(0))
     _high: Floats = field(default_factory=lambda: np.zeros(0))
 
@@ -165,29 +183,26 @@ class OutputPoints:
         self._last = rows[-1:].copy()
         if rows.shape[0] < 2:
             return
-        place = {name: 1 + k for k, name in enumerate(self.names)}
-        for island in self.islands:
-            columns = [(k, place[n]) for k, n in enumerate(island.names) if n in place]
-            if not columns or not island.waiting:
+        if not self._seen:
+            place = {name: 1 + k for k, name in enumerate(self.names)}
+            self._seen = [_Seen.of(island, place) for island in self.islands]
+        for island, seen in zip(self.islands, self._seen, strict=True):
+            if not seen.mine.size or not island.waiting:
                 continue
-            mine, theirs = (list(c) for c in zip(*columns, strict=True))
             points = Points(*(np.concatenate(v) for v in zip(*island.waiting, strict=True)))
             later = points.time > rows[-1, 0]
             island.waiting = [Points(*(v[later] for v in points))] if later.any() else []
             now = ~later & (points.time >= rows[0, 0])
             if now.any():
-                names = [island.names[k] for k in mine]
                 at = Points(*(v[now] for v in points))
-                self._compare(names, at._replace(values=at.values[:, mine]), rows, theirs)
+                self._compare(seen, at._replace(values=at.values[:, seen.mine]), rows)
 
-    def _compare(
-        self, names: Sequence[str], points: Points, rows: Floats, columns: Sequence[int]
-    ) -> None:
+    def _compare(self, seen: _Seen, points: Points, rows: Floats) -> None:
         time = rows[:, 0]
         near = _NEAR * float(time[-1] - time[0]) / (time.size - 1)
         k = np.searchsorted(time, points.time + near * points.side, "right") - 1
         k = np.clip(k, 0, time.size - 2)
-        table = rows[:, columns]
+        table = rows[:, seen.columns]
         left, right = table[k], table[k + 1]
         low, high = np.minimum(left, right), np.maximum(left, right)
         beyond = np.maximum(0.0, np.maximum(points.values - high, low - points.values))
@@ -195,14 +210,12 @@ class OutputPoints:
         top = beyond.argmax(axis=0)
         sizes = np.maximum(np.abs(points.values).max(axis=0), np.abs(table).max(axis=0))
         off = beyond > np.maximum(_PART * np.ptp(around, axis=1), _TRACE * sizes)
-        hidden = points.weight @ off
-        for j, name in enumerate(names):
-            found = self._found.setdefault(name, _Found())
-            found.hidden += float(hidden[j])
-            found.time += float(points.weight.sum())
-            found.largest = max(found.largest, float(sizes[j]))
-            if beyond[top[j], j] > found.most:
-                found.most, found.when = float(beyond[top[j], j]), float(points.time[top[j]])
+        seen.hidden += points.weight @ off
+        seen.time += float(points.weight.sum())
+        seen.largest = np.maximum(seen.largest, sizes)
+        most = beyond[top, np.arange(top.size)]
+        further = most > seen.most
+        seen.most[further], seen.when[further] = most[further], points.time[top[further]]
 
     @property
     def sizes(self) -> Floats:
@@ -215,24 +228,26 @@ class OutputPoints:
         """Return what the output points do not show, None if they show enough."""
         hidden = []
         of_unit: dict[str, float] = {}
-        for name, found in self._found.items():
-            of_unit[unit(name)] = max(found.largest, of_unit.get(unit(name), 0.0))
-        for k, name in enumerate(self.names):
-            found = self._found.get(name, _Found())
-            # a current that is rounding next to the others may swing freely
-            if not found.most > max(
-                _TRACE * found.largest, _ROUNDING * of_unit.get(unit(name), 0.0)
-            ):
-                continue
-            span = float(self._high[1 + k] - self._low[1 + k])
-            if found.hidden > _SHARE * found.time or found.most > span:
-                hidden.append((found.most / found.largest, name, found))
+        for seen in self._seen:
+            for column, largest in zip(seen.columns, seen.largest, strict=True):
+                kind = unit(self.names[column - 1])
+                of_unit[kind] = max(float(largest), of_unit.get(kind, 0.0))
+        for seen in self._seen:
+            for j in np.flatnonzero(seen.most > _TRACE * seen.largest):
+                column, most, when = int(seen.columns[j]), float(seen.most[j]), float(seen.when[j])
+                name = self.names[column - 1]
+                # a current that is rounding next to the others may swing freely
+                if most <= _ROUNDING * of_unit[unit(name)]:
+                    continue
+                span = float(self._high[column] - self._low[column])
+                if seen.hidden[j] > _SHARE * seen.time or most > span:
+                    hidden.append((most / float(seen.largest[j]), -column, name, most, when))
         if not hidden:
             return None
-        hidden.sort(key=lambda item: -item[0])
+        hidden.sort(reverse=True)
         told = ", ".join(
-            f"{name} by {found.most:.3g} {unit(name)} (at {found.when:.6g} s)"
-            for _, name, found in hidden[:_NAMED]
+            f"{name} by {most:.3g} {unit(name)} (at {when:.6g} s)"
+            for _, _, name, most, when in hidden[:_NAMED]
         )
         more = f", and {len(hidden) - _NAMED} more" if len(hidden) > _NAMED else ""
         return Diagnostic(
