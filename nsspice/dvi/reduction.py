@@ -41,7 +41,7 @@ _HALF = 0.5
 #: tolerances of a step that it may miss its integral by: its interpolant is of order 7
 _GRANTED, _FINEST = 1e3, 2.5e-14
 #: instants inside each step at which the rates are evaluated once more for the certificate: a rule
-#: of degree 13, beside a method of order 8
+#: of degree 13, next to a method of order 8
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(7)
 
 
@@ -247,7 +247,7 @@ class Reduced:
                 return np.full(y.size, np.nan)
 
         events = [event(k) for k in range(m)]
-        self(t, x)  # what has no rates at the start is told at once
+        self(t, x)  # what has no rates at the start raises here
         defect = 0.0
         while t < end:
             got = solve_ivp(
@@ -320,7 +320,7 @@ class Reduced:
         """Return how far steps miss the integrals of their rates, as a part of what they add up.
 
         The rates are evaluated at other instants than those of the method, the unknowns followed
-        to them anew.
+        to them again.
         """
         worst = 0.0
         if len(times) < 2:

@@ -1,4 +1,4 @@
-"""What a run must not pass over in silence: poles in time, equations of a high index, a lost start.
+"""What a run must not step across silently: poles in time, equations of a high index, a lost start.
 
 An engine steps over a pole at an instant between its own, and finds something that satisfies each
 of its steps where an unknown appears only in the second derivative of an equation.
@@ -60,7 +60,7 @@ def _expressions(model: Model) -> list[tuple[str, Expr]]:
 
 
 def _of_time(expr: Expr) -> list[Expr]:
-    """Return the largest parts of an expression in which the time stands alone."""
+    """Return the largest parts of an expression that depend on the time alone."""
     found: list[Expr] = []
     waiting = [expr.node]
     while waiting:
@@ -92,7 +92,7 @@ def _first_gap(tape: Tape, begin: float, end: float) -> tuple[float, str] | None
 def check_index(model: Model) -> None:
     """Refuse algebraic equations whose unknown appears in their second derivative only.
 
-    Each equation, or where no algebraic unknown stands in it its rate, is matched with an unknown
+    Each equation, or its rate where it holds no algebraic unknown, is matched with an unknown
     (C. C. Pantelides, *The consistent initialization of differential-algebraic systems*, SIAM J.
     Sci. Stat. Comput. 9, 1988).
 

@@ -175,7 +175,7 @@ def _check_regular(static: Static, grid: Floats, z: Floats, lam: Floats) -> None
     """Refuse a path that steps over a loss of regularity, at a point of the grid or between two.
 
     Newton's method may converge on both sides of it.  On a regular path the linearised equations
-    keep their orientation in whatever mode they are.
+    keep their orientation in any mode.
 
     Raises
     ------
