@@ -33,7 +33,7 @@ from ..problems.elements import Elements
 from .certificate import infeasibility
 from .compiled import compiled
 from .moreau import MoreauStepper
-from .stepper import Jump, Stepper, UnsolvedStep, check_plan, restless
+from .stepper import Jump, Stepper, UnsolvedStep, restless
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
@@ -171,31 +171,9 @@ class ModewiseStepper(Stepper):
         self._solved = solved
         super().__init__(system, core, 1 + len(outputs))
 
-    def plan(
+    def _plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
     ) -> int:
-        """Plan rows at ``out_start + k out_step`` and ``stop``.
-
-        Parameters
-        ----------
-        start : float
-            Always 0.
-        stop, out_start, out_step : float
-            [s]
-        step : float
-            Longest implicit step [s] where no mode can be proved.
-
-        Returns
-        -------
-        int
-            Number of rows to come.
-
-        Raises
-        ------
-        ValueError
-            If an instant is not finite, or a step is not positive.
-        """
-        check_plan(start, stop, step, out_start, out_step)
         return self._core.plan(stop, out_start, out_step, step)
 
     def start_dc(self, time: float = 0.0, guess: tuple[Floats, Floats] | None = None) -> Floats:

@@ -25,7 +25,6 @@ from ..problems.csc import Floats
 from ..problems.tape import Tape
 from .compiled import core_tape
 from .implicit import ImplicitStepper
-from .stepper import check_plan
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,22 +158,9 @@ class MoreauStepper(ImplicitStepper):
     [[0.0, 1.0], [1.0, 0.5]]
     """
 
-    def plan(
+    def _plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
     ) -> int:
-        """Plan steps of at most ``step`` and rows at ``out_start + k out_step`` and ``stop``.
-
-        Returns
-        -------
-        int
-            Number of rows to come.
-
-        Raises
-        ------
-        ValueError
-            If an instant is not finite, or a step is not positive.
-        """
-        check_plan(start, stop, step, out_start, out_step)
         return self._core.plan_grid(start, stop, step, out_start, out_step)
 
     def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:

@@ -20,7 +20,6 @@ from ..problems.passivity import passive
 from .compiled import compiled
 from .implicit import ImplicitStepper
 from .modewise import refusal
-from .stepper import check_plan
 
 #: points of a polynomial: those of stored quantities have the degree five, laws may bend more
 _POINTS = 8
@@ -128,24 +127,9 @@ class SdirkStepper(ImplicitStepper):
             return None
         return next((mode for mode in found if core.above_two(mode[1], gates)), None)
 
-    def plan(
+    def _plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
     ) -> int:
-        """Plan a run to ``stop`` with steps of at most ``step``.
-
-        Rows are at ``out_start + k out_step`` and at ``stop``.
-
-        Returns
-        -------
-        int
-            Number of rows to come.
-
-        Raises
-        ------
-        ValueError
-            If an instant is not finite, or a step is not positive.
-        """
-        check_plan(start, stop, step, out_start, out_step)
         a = self.accuracy
         return self._core.plan_sdirk(
             a.order, stop, step, out_start, out_step, a.reltol, a.vntol, a.abstol, a.energy

@@ -163,11 +163,32 @@ class Stepper(ABC):
     ) -> Jump | None:
         """Start from stored charges and fluxes, shape (n,); return what the start had to move."""
 
-    @abstractmethod
     def plan(
         self, start: float, stop: float, step: float, out_start: float, out_step: float
     ) -> int:
-        """Plan rows at ``out_start + k out_step`` and ``stop`` [s]; return their number."""
+        """Plan a run from ``start`` to ``stop`` with steps of at most ``step`` [s].
+
+        Rows are at ``out_start + k out_step`` and at ``stop``.  The exact engine, which begins at
+        0, takes steps only where no mode can be proved.
+
+        Returns
+        -------
+        int
+            Number of rows to come.
+
+        Raises
+        ------
+        ValueError
+            If an instant is not finite, or a step is not positive.
+        """
+        check_plan(start, stop, step, out_start, out_step)
+        return self._plan(start, stop, step, out_start, out_step)
+
+    @abstractmethod
+    def _plan(
+        self, start: float, stop: float, step: float, out_start: float, out_step: float
+    ) -> int:
+        """Plan a run; see :meth:`plan`."""
 
     @abstractmethod
     def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:

@@ -8,28 +8,26 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
-from ...netlist.expressions.expression import Expression
 from ...problems.descriptor import Functional
 from ..coefficients import CARD
-from ..device import NO_VALUES, Context, Device, Edge
-from ..effect import Effect
+from ..device import NO_VALUES, Edge
 from ..parameter import Parameter, Table
 from ..stamper import Layout, Stamper
-from .passive import SHARED, Passive, read_passive
+from .passive import SHARED, Storing
 
 if TYPE_CHECKING:
     from ...netlist.deck import Element
 
 
-class Capacitor(Passive):
+class Capacitor(Storing):
     """A linear capacitor; its voltage may be fixed by sources or other capacitors."""
 
     KIND = "capacitor"
     INSTANCE = Table(*SHARED, Parameter("ic", "initial voltage, used with uic", "V"))
     MODEL = Table(*CARD, Parameter("c", "capacitance", "F", aliases=("cap", "capacitance")))
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("c", "cap")
-    stores_energy = True
-    NOISE = ()
+    WHAT = ("capacitance", "F", "initial voltage", "V")
+    NOTHING = "omitted"
     __slots__ = ("late",)
 
     def __init__(self, element: Element, value: float, given: dict[str, float]) -> None:
@@ -37,40 +35,13 @@ class Capacitor(Passive):
         #: another element reads the current, which is an unknown then
         self.late = False
 
-    @classmethod
-    def read(cls, element: Element, context: Context) -> Device | None:
-        """Return the capacitor of an element line, or None after reporting why not."""
-        if element.quantity or isinstance(element.value, Expression):
-            from ..expressions.stored import Charge, stored_by
-
-            charged = element if element.quantity else stored_by(element)
-            if charged is not None:
-                return Charge.read(charged, context)
-        found = read_passive(cls, element, context, "c", "capacitance")
-        if found is None:
-            return None
-        device = cls(element, *found)
-        if device.value < 0.0 or device.value == float("inf"):
-            context.findings.error(
-                "NS2005",
-                f"{element.name} has the capacitance {device.value:g} F",
-                element.span,
-                "give a positive value",
-            )
-            return None
-        if device.value == 0.0:
-            context.findings.warning(
-                "NS2054", f"{element.name} has no capacitance and is omitted", element.span
-            )
-        effects = [Effect("capacitance", "value", device.value * device.m, "F")]
-        if device.ic is not None:
-            effects.append(Effect("initial voltage", "ic", device.ic, "V"))
-        device.effects = (*effects, *device.coefficients.effects)
-        return device
+    def of_all(self, value: float) -> float:
+        """Return the value of all equal elements in parallel."""
+        return value * self.m
 
     def capacitance(self, layout: Layout) -> float:
         """Return the whole capacitance [F] under the conditions of a layout."""
-        return self.at(layout.conditions) * self.m
+        return self.of_all(self.at(layout.conditions))
 
     def keep_current(self) -> None:
         """Make the current an unknown: as a rate in the laws of others it has no symmetric form."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar
 
+from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.functions import ABSOLUTE_ZERO
 from ..coefficients import LINE, Coefficients
 from ..device import Context, Device, check_flags, check_model, number
+from ..effect import Effect
 from ..parameter import Parameter
 from ..stamper import Conditions
 
@@ -38,6 +41,53 @@ class Passive(Device):
         """Return the value of one element, before ``m``, under the given conditions."""
         value = conditions.values.get(self.name, self.value)
         return value * self.coefficients.factor(conditions) if self.coefficients else value
+
+
+class Storing(Passive):
+    """An element that stores a charge or a flux: base of C and L."""
+
+    #: its value, and the unit of it, the initial value and its unit
+    WHAT: ClassVar[tuple[str, str, str, str]]
+    #: what an element of value zero is
+    NOTHING: ClassVar[str] = ""
+    stores_energy = True
+    NOISE = ()
+    __slots__ = ()
+
+    @classmethod
+    def read(cls, element: Element, context: Context) -> Device | None:
+        """Return the device of an element line, or None after reporting why not."""
+        if element.quantity or isinstance(element.value, Expression):
+            from ..expressions.stored import Charge, Flux, stored_by
+
+            stored = element if element.quantity else stored_by(element)
+            if stored is not None:
+                return (Charge if element.letter == "c" else Flux).read(stored, context)
+        what, unit, initial, initial_unit = cls.WHAT
+        found = read_passive(cls, element, context, element.letter, what)
+        if found is None:
+            return None
+        device = cls(element, *found)
+        if device.value < 0.0 or device.value == float("inf"):
+            context.findings.error(
+                "NS2005",
+                f"{element.name} has the {what} {device.value:g} {unit}",
+                element.span,
+                "give a positive value",
+            )
+            return None
+        if device.value == 0.0:
+            message = f"{element.name} has no {what} and is {cls.NOTHING}"
+            context.findings.warning("NS2054", message, element.span)
+        effects = [Effect(what, "value", device.of_all(device.value), unit)]
+        if device.ic is not None:
+            effects.append(Effect(initial, "ic", device.ic, initial_unit))
+        device.effects = (*effects, *device.coefficients.effects)
+        return device
+
+    @abstractmethod
+    def of_all(self, value: float) -> float:
+        """Return the value of all equal elements in parallel."""
 
 
 def read_given(
