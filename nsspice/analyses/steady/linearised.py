@@ -234,13 +234,13 @@ def respond(
             part = s[k : k + _BATCH]
             matrix = G + part[:, None, None] * E
             rhs = right + part[:, None] * right_rate
-            x[k : k + _BATCH] = _solved(matrix, rhs, part, point)
+            x[k : k + _BATCH] = _solved(matrix, rhs, part)
     else:
-        x = _sparse(value, rate, right, right_rate, s, point)
+        x = _sparse(value, rate, right, right_rate, s)
     return point.outputs(functionals, s, x, point.sources(weights))
 
 
-def _solved(matrix: Complexes, rhs: Complexes, s: Complexes, point: Point) -> Complexes:
+def _solved(matrix: Complexes, rhs: Complexes, s: Complexes) -> Complexes:
     # rows of volts and of amperes: each is scaled by its largest entry
     scale = np.abs(matrix).max(axis=2, keepdims=True)
     scale[scale == 0.0] = 1.0
@@ -259,7 +259,7 @@ def _solved(matrix: Complexes, rhs: Complexes, s: Complexes, point: Point) -> Co
 
 
 def _sparse(
-    value: Csc, rate: Csc, right: Complexes, right_rate: Complexes, s: Complexes, point: Point
+    value: Csc, rate: Csc, right: Complexes, right_rate: Complexes, s: Complexes
 ) -> Complexes:
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu

@@ -184,7 +184,7 @@ def _gain(
         table = respond(frequencies, np.zeros(1))[:, 0]
         return tian(table[:, 0, 0], table[:, 1, 0], table[:, 0, 1], table[:, 1, 1])
 
-    return about_orbit, report(circuit, period, orbits)
+    return about_orbit, report(period, orbits)
 
 
 def tian(va: Complexes, ia: Complexes, vb: Complexes, ib: Complexes) -> Complexes:

@@ -67,7 +67,7 @@ def about_orbit(
             for h, part, factor in parts[name]:
                 if h == home:
                     found[label] += factor * responses[:, k, local.index(part)]
-    return found, warnings, report(circuit, period, [o for o in orbits if o is not None])
+    return found, warnings, report(period, orbits)
 
 
 def at_orbit(

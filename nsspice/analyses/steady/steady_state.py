@@ -215,7 +215,7 @@ def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
         periodic_sources=True,
     )
     solution.analysis = "pss"
-    solution.periodic = report(circuit, period, orbits)
+    solution.periodic = report(period, orbits)
     solution.wall_time = clock.perf_counter() - begin
     if solution.periodic.free:
         solution.warnings.append(_free(analysis, solution.periodic))
@@ -243,7 +243,7 @@ def find_orbits(
     islands = [assembled(island, analysis, guess, request) for island in circuit.islands]
     orbits: dict[int, Orbit] = {}
     if analysis.trigger is None:
-        period = _period(circuit, analysis, islands)
+        period = _period(analysis, islands)
     else:
         home, local = _trigger(circuit, analysis)
         if any(period_of(w) is not None for mna in islands for w in mna.system.waveforms):
@@ -282,7 +282,7 @@ def assembled(island: Island, analysis: Pss, period: float, request: Request) ->
     return with_waveforms(mna, [continued(w) for w in mna.system.waveforms])
 
 
-def _period(circuit: Circuit, analysis: Pss, islands: Sequence[MnaSystem]) -> float:
+def _period(analysis: Pss, islands: Sequence[MnaSystem]) -> float:
     """Return the period that is asked for, or that of the sources."""
     waveforms = [w for mna in islands for w in mna.system.waveforms]
     of_sources = common_period(waveforms)
@@ -432,7 +432,7 @@ def _initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
     return {node: value for node, (value, _) in given_voltages(circuit.deck.initial, mna).items()}
 
 
-def report(circuit: Circuit, period: float, orbits: Sequence[Orbit | None]) -> Periodic:
+def report(period: float, orbits: Sequence[Orbit | None]) -> Periodic:
     """Return what is known about the orbits of all islands together."""
     there = [o for o in orbits if o is not None]
     multipliers = [complex(m) for o in there for m in o.found.multipliers]
