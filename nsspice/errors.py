@@ -162,7 +162,7 @@ def _restored(
 
 
 class NetlistError(NsspiceError):
-    """The netlist text is wrong; carries the place of the first finding.
+    """The netlist text is wrong; has the location of the first finding.
 
     Examples
     --------
@@ -224,7 +224,7 @@ class NumericalError(NsspiceError):
     time : float or None
         Where it happened [s].
     residual : float or None
-        Relative residual of the best point that was found.
+        Relative residual of the best point found.
     """
 
     exit_code = 3
@@ -277,7 +277,7 @@ class StepError(NumericalError):
 
 
 class CertificateError(NumericalError):
-    """The computed points of a run fail its certificate: they are not to be relied upon.
+    """The computed points of a run fail its certificate: they are not reliable.
 
     Parameters
     ----------
@@ -311,11 +311,11 @@ class CertificateError(NumericalError):
 
 
 class CertificateWarning(UserWarning):
-    """The certificate of a run fails, and ``on_failure="warn"`` was asked for."""
+    """The certificate of a run fails, and ``on_failure="warn"`` was given."""
 
 
 class UsageError(NsspiceError):
-    """A request that the program cannot meet: an unknown option value, signal or method."""
+    """A request that cannot be met: an unknown option value, signal or method."""
 
 
 class OutputError(NsspiceError):

@@ -110,7 +110,7 @@ class Circuit:
     warnings : list of Diagnostic
         Those of the deck and those found while building.
     node_island, element_island : dict of str to int
-        Number of the island in which a node or an element lies.
+        Number of the island that contains a node or an element.
 
     Examples
     --------

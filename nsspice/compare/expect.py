@@ -71,7 +71,7 @@ def check(netlist: str | Path) -> Report:
     Returns
     -------
     Report
-        Nothing is raised for a failed check or a failed simulation; a pytest function can say
+        A failed check or simulation raises nothing; a pytest function can say
         ``report = nsspice.check(path); assert report.passed, str(report)``.
 
     Raises

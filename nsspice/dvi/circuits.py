@@ -26,10 +26,10 @@ def from_circuit(circuit: Circuit, *, uic: bool = True) -> DLCP:
     Parameters
     ----------
     circuit : Circuit
-        Of one island, linear but for its diodes, with DC and sine sources.
+        One island, linear except for its diodes, with DC and sine sources.
     uic : bool
-        Start from the initial values of the elements (0 where they say nothing); the only start
-        that a problem of states has.
+        Start from the initial values of the elements (0 by default); a problem with states has no
+        other start.
 
     Raises
     ------

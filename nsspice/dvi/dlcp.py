@@ -25,7 +25,7 @@ class DNCP(DVI):
     Parameters
     ----------
     rates, start, at, name
-        As of :class:`DVI`.
+        As for :class:`DVI`.
     g : mapping of multipliers to expressions
 
     Examples
@@ -61,7 +61,7 @@ class DLCP(DVI):
     Parameters
     ----------
     A, B, C, D : array_like or scipy sparse, shapes (n, n), (n, m), (m, n), (m, m)
-    p, q : array_like of numbers or expressions of the time, shapes (n,), (m,)
+    p, q : array_like of numbers or expressions of time, shapes (n,), (m,)
         0 by default.
     x0 : array_like, shape (n,)
     E : array_like, shape (n, n), optional
@@ -138,7 +138,7 @@ class DLCP(DVI):
         Parameters
         ----------
         pairs : sequence of int
-            Which, from 0 on.
+            Numbers of the pairs, from 0.
 
         Raises
         ------

@@ -26,13 +26,13 @@ class DMVI(DVI):
     Parameters
     ----------
     rates, start, at, name
-        As of :class:`DVI`.
+        As for :class:`DVI`.
     g : mapping of multipliers to expressions
         ``{u: h + g(u)}``.
     phi : Expr
         Convex: a sum of multiples of ``abs`` and ``maximum`` of linear forms, and smooth terms.
     within : mapping of multipliers to sets
-        K; the whole space where it says nothing.
+        K; the whole space for multipliers not listed.
 
     References
     ----------

@@ -40,7 +40,7 @@ class DVI:
         What determines the multipliers: :func:`complementarity`, :func:`contact`,
         :func:`equation`, or a :class:`VI` in which states are parameters.
     start : mapping of states to numbers
-        x_a.  A start of an unknown without a rate picks a selection where there are several.
+        x_a.  An initial value for an unknown without a rate picks one of several selections.
     at : float
         Instant a of the start [s].
     name : str
@@ -49,7 +49,7 @@ class DVI:
     Raises
     ------
     UsageError
-        NS6001 if a variable has no equation, or two, or a state no start.
+        NS6001 if a variable has no equation or two, or a state has no initial value.
 
     Source: J.-S. Pang, D. E. Stewart, *Differential variational inequalities*, Math. Program. 113
     (2008); T. Roubal (2015), (1.4) to (1.6).
@@ -112,7 +112,7 @@ class DVI:
 
     @property
     def signals(self) -> list[str]:
-        """Names of what a solution shows: states, then multipliers and set values."""
+        """Names of the signals of a solution: states, then multipliers and set values."""
         hidden = ("#copy", "#slack")
         rest = [n for n in self.assembly.places if not n.endswith(hidden) and n not in self.states]
         return [*self.states, *rest]
@@ -147,7 +147,7 @@ class DVI:
         stop : float
             Length of the run [s].
         method : str
-            ``auto``: ``modewise`` (exact between events) for a linear problem, else ``sdirk``
+            ``auto``: ``modewise`` (exact between events) for a linear problem, otherwise ``sdirk``
             (error control, events located); ``moreau``: the time-stepping schemes of the thesis.
         theta : float
             Weight of the new state, 1 implicit to 0 explicit (the thesis writes 1 - theta); means
@@ -161,23 +161,23 @@ class DVI:
         reltol : float
             Error of one step of ``sdirk``.
         theta_on : str
-            What theta acts on besides the states in f: ``states`` nothing else, ``multipliers``
-            the multipliers too (the midpoint of both), ``slacks`` the states in g.
+            What theta acts on besides the states in f: ``states``: nothing else, ``multipliers``:
+            also the multipliers (the midpoint of both), ``slacks``: also the states in g.
         time : str
             Instant of f in a step: ``average``, or ``new`` as the thesis prints it.
         coefficients : str
-            ``old`` takes the coefficients of multipliers at the old state: (3.8).
+            ``old`` evaluates the coefficients of multipliers at the old state: (3.8).
 
         Returns
         -------
         Solution
-            As of circuits: ``sol["x"]``, ``sol.time``, ``sol.events``, ``sol.impulses``,
+            As for circuits: ``sol["x"]``, ``sol.time``, ``sol.events``, ``sol.impulses``,
             ``sol.certificate``, ``sol.plot()``, ``sol.to_csv()``.
 
         Raises
         ------
         UsageError
-            NS6004 for an option that does not exist, or a method that cannot treat the problem.
+            NS6004 for an option that does not exist, or a method that cannot handle the problem.
         NumericalError
             NS6020 if there is no solution.
         """
@@ -236,12 +236,12 @@ class DVI:
         """Return the matrices of the linear part, by letter, and the names of rows and columns.
 
         ``x' = A x + B u + p``, ``y = C x + D u + q`` for multipliers u and their slacks y; smooth
-        terms and sources are left out.
+        terms and sources are omitted.
 
         Raises
         ------
         UsageError
-            NS6005 if other unknowns than states and multipliers take part.
+            NS6005 if there are unknowns other than states and multipliers.
 
         Examples
         --------
@@ -288,12 +288,12 @@ class DVI:
         ----------
         region : mapping of states to (float, float), optional
             Bounds of states: the statements are then about trajectories while they stay within.
-            Functions that are Lipschitz on bounded sets only need one.
+            Functions that are Lipschitz only on bounded sets need one.
 
         Returns
         -------
         Verdicts
-            By name; each holds, fails with the hypothesis that does, or is not decided.
+            By name; each holds, fails with the hypothesis that fails, or is not decided.
 
         Examples
         --------

@@ -18,19 +18,19 @@ def unsolved(
 
 
 class RegularityLost(RegularityError):
-    """A path of solutions has come to a point that is not strongly regular.
+    """A path of solutions has reached a point that is not strongly regular.
 
     Parameters
     ----------
     time : float
-        Where, as near as the path could be followed.
+        Time of that point, as near as the path could be followed.
     unknown : str
         The unknown that moves fastest there.
     modulus : float
         Modulus of strong regularity at the last point: how far the unknown moves per unit of the
         data.
     hypothesis : str
-        What the method needs, in words.
+        The hypothesis of the method, in words.
 
     Examples
     --------

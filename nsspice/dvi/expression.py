@@ -28,7 +28,7 @@ _NONE: Mapping[str, SetValued] = {}
 
 
 class Expr:
-    """A real-valued expression; ``+ - * / **`` and the functions of this module build others.
+    """A real-valued expression; ``+ - * / **`` and the functions of this module build new ones.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Expr:
         return names_of(self.node)
 
     def derivative(self, variable: Expr) -> Expr:
-        """Return the exact derivative by a variable.
+        """Return the exact derivative with respect to a variable.
 
         Examples
         --------
@@ -174,7 +174,7 @@ class Expr:
         return self._call("tan")
 
     def exp(self) -> Expr:
-        """Return e to the power of it."""
+        """Return the exponential."""
         return self._call("exp")
 
     def log(self) -> Expr:

@@ -42,9 +42,10 @@ class FunctionDVI:
         One interval or second-order cone for all components of u, or one interval for each.
     x0 : array_like, shape (n,)
     u0 : array_like, shape (m,)
-        Where Newton's method begins.
+        Starting point of Newton's method.
     df, dg : callable, optional
-        Derivatives by ``(x, u)``, shapes (n, n + m) and (m, n + m); differences without them.
+        Derivatives with respect to ``(x, u)``, shapes (n, n + m) and (m, n + m); finite differences
+        without them.
     at : float
         Instant of the start [s].
 

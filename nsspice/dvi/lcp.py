@@ -56,7 +56,7 @@ class LCP(VI):
         super().__init__(g, {u: Cone(0.0)})
 
     def verdict(self) -> Verdicts:
-        """Return the classes of M with their witnesses, and what they say of solutions."""
+        """Return the classes of M with their witnesses, and what they imply for solutions."""
         from .verdicts import of_lcp
 
         return of_lcp(self)

@@ -32,7 +32,7 @@ class Point:
     residual : float
         Relative residual of equations, signs and products.
     judge : callable or None
-        What finds ``regularity``; None where it is not judged.
+        Computes ``regularity``; None where it is not judged.
 
     Examples
     --------

@@ -186,7 +186,7 @@ def march(
     begin, stop, step : float
         [s]
     progress : callable, optional
-        Called with the finished share, 0 to 1.
+        Called with the fraction completed, 0 to 1.
     near : mapping of str to float, optional
         Other unknowns at the beginning, near which the first step is solved.
 

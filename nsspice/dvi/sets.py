@@ -41,7 +41,7 @@ class Polyhedron:
     Raises
     ------
     UsageError
-        NS6003 if the shapes do not fit, or an entry is no number.
+        NS6003 if the shapes do not fit, or an entry is not a number.
 
     Examples
     --------

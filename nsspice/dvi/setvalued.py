@@ -37,8 +37,8 @@ def Sgn(argument: Any, low: float = -1.0, high: float = 1.0) -> Any:
     """Return the set-valued sign of an expression, or of each of an array.
 
     Its value lies in ``Sgn_{low,high}(argument)``: low where the argument is negative, high where
-    it is positive, anything between where it is zero.  It is a signal of the solution, named as it
-    is written: ``sgn(v)``.
+    it is positive, anything between where it is zero.  It is a signal of the solution, named as
+    written: ``sgn(v)``.
 
     Parameters
     ----------

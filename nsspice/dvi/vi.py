@@ -41,10 +41,10 @@ class VI:
     within : mapping of unknowns to sets
         K as a product; unknowns without a set are free.
     of : unknowns, optional
-        In which order the components of g belong to them; that of ``within`` without it, then
+        The unknowns in the order of the components of g; by default the order of ``within``, then
         that of appearance in g.
     jacobian : callable, optional
-        Derivative of a Python function, shape (m, m); differences without it.
+        Derivative of a Python function, shape (m, m); finite differences without it.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class VI:
 
     @property
     def curved(self) -> bool:
-        """True if K is no polyhedron, or g a Python function."""
+        """True if K is not a polyhedron, or g is a Python function."""
         return self._call is not None or any(
             isinstance(K, SecondOrderCone) and len(u) > 2 for u, K in self.sets
         )
@@ -169,8 +169,8 @@ class VI:
     def solutions(self, *, at: float = 0.0, start: Any = None) -> list[Point]:
         """Return the solutions: all isolated ones of a linear problem, else those found.
 
-        A linear problem is looked at mode by mode; of a nonlinear one, those that Newton's method
-        finds from 64 points around the start are returned, and there may be more.
+        A linear problem is solved mode by mode; for a nonlinear one, the solutions that Newton's
+        method finds from 64 points around the start are returned; there may be more.
         """
         if self.curved:
             return [self.solve(start, at=at)]
@@ -192,7 +192,7 @@ class VI:
         start: Any = None,
         errors: npt.ArrayLike | None = None,
     ) -> Track:
-        """Follow the solution along the time by Euler-Newton steps.
+        """Follow the solution over time by Euler-Newton steps.
 
         Parameters
         ----------
@@ -201,11 +201,12 @@ class VI:
         predictor : str
             ``data``: g at the new time, (3.4); ``rate``: g at the old time and its rate, (3.2).
         correctors : int, optional
-            Newton steps after the predictor; None takes 3 where g has kinks, else 1.
+            Newton steps after the predictor; None means 3 if g has kinks, otherwise 1.
         start : optional
-            First point: taken as it is (an error O(h^4) keeps the order); solved for without it.
+            First point, used as it is (an error O(h^4) keeps the order); without it, it is solved
+            for.
         errors : array_like, shape (k - 1, m), optional
-            What the predictors leave unsolved; O(h^2) keeps the order.
+            Residuals that the predictors may leave; O(h^2) keeps the order.
 
         Returns
         -------
@@ -228,7 +229,7 @@ class VI:
         Raises
         ------
         UsageError
-            NS6005 if the Jacobian of g is not symmetric positive semidefinite: then g is no
+            NS6005 if the Jacobian of g is not symmetric positive semidefinite: then g is not the
             gradient of a convex function.
         """
         from .convex import minimise
@@ -236,7 +237,7 @@ class VI:
         return minimise(self, self._start(start))
 
     def verdict(self) -> Verdicts:
-        """Return what is known before it is solved: existence, uniqueness, monotonicity, P.
+        """Return what is known before solving: existence, uniqueness, monotonicity, P.
 
         Examples
         --------
@@ -250,7 +251,7 @@ class VI:
         return of_vi(self)
 
     def function(self, at: float = 0.0) -> Callable[[Floats], Floats]:
-        """Return g as a function of the unknowns, set-valued terms left out, shape (m,)."""
+        """Return g as a function of the unknowns, without set-valued terms, shape (m,)."""
         if self._call is not None:
             call = self._call
             timed = _takes_time(call)

@@ -51,7 +51,7 @@ class Sign:
 
 @dataclass(frozen=True, slots=True)
 class Cone:
-    """The normal cone of an interval: z stays in ``[low, high]``, forces act at its ends only.
+    """The normal cone of an interval: z stays in ``[low, high]``, forces act only at its ends.
 
     Parameters
     ----------

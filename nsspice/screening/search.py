@@ -36,9 +36,9 @@ def effects(
     """Find out which effects of a deck matter for its measures, and what they cost.
 
     The deck is run as it is, without each effect, and with each effect alone on the circuit without
-    any.  Then effects are left out one after the other, the largest saving per change first, while
-    the measures stay within ``tol`` of those of the whole deck; what saves nothing comes back.
-    Every combination that is recommended has been run.
+    any.  Then effects are removed one after the other, the largest saving per change first, while
+    the measures stay within ``tol`` of those of the whole deck; those that save nothing are put
+    back.  Every recommended combination has been run.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ def effects(
     tol : float
         Largest relative change of a measure.
     drop : iterable of str
-        Elements to try as open circuits besides what is found.
+        Elements to try as open circuits in addition to those found.
     workers : int, optional
         Processes; all cores by default.
     progress : callable, optional
-        Called with what is run next and the finished share, 0 to 1.
+        Called with the next run and the fraction completed, 0 to 1.
 
     Returns
     -------

@@ -84,28 +84,28 @@ def sweep(
     method, theta, step, reltol, accuracy
         As for :func:`nsspice.tran`.
     workers : int, optional
-        Processes; by default all cores, where the sweep is long enough to gain from them.
+        Processes; by default all cores, if the sweep is long enough to benefit.
     executor : Executor, Client or str, optional
         Any ``concurrent.futures.Executor``, a ``dask.distributed.Client``, or
         ``"dask:tcp://host:8786"``.
     journal : str or Path, optional
         File in which finished points are noted.
     resume : bool
-        Go on with the points that the journal does not have.
+        Continue with the points that the journal does not have.
     progress : callable, optional
-        Called with the finished share.
+        Called with the fraction completed.
 
     Returns
     -------
     SweepTable
-        A point that has no solution, or whose certificate fails, stays in it with its code.  After
-        Ctrl-C it holds what was finished.
+        A point without a solution, or whose certificate fails, stays in it with its code. After
+        Ctrl-C it has the points completed so far.
 
     Raises
     ------
     UsageError
-        NS4005 for a name or value that is impossible, NS4006 without an analysis, NS4018 for a
-        journal of another sweep.
+        NS4005 for an impossible name or value, NS4006 without an analysis, NS4018 for the journal
+        of a different sweep.
 
     Examples
     --------

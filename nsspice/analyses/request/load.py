@@ -26,8 +26,8 @@ def read(
     params : mapping of str to float, optional
         Values that replace those of top-level ``.param`` cards.
     confined : bool
-        Whether files from outside of the netlist's folder are refused: what a service does with
-        decks of strangers, who could have its own files quoted in messages.
+        Whether files outside the netlist's folder are refused: for services that read untrusted
+        decks, which could otherwise make messages quote private files.
 
     Returns
     -------

@@ -175,7 +175,7 @@ class Solution(RunStatistics, HandedOver):
     parameters : dict of str to float
         Values of the ``.step`` parameters of this run.
     events : sequence of Event
-        Changes of set-valued elements in the order of time.
+        Changes of set-valued elements in order of time.
     impulses, jumps : list
         Impulses, and jumps of charge or flux with their energies.
     islands : list of IslandRun
@@ -192,7 +192,7 @@ class Solution(RunStatistics, HandedOver):
     files : list of str
         Files that the command line wrote.
     error : ErrorEstimate or None
-        How far it lies from the exact solution, if that was asked for.
+        Estimated distance from the exact solution, if requested.
     periodic : Periodic or None
         Period, Floquet multipliers and verdict of a periodic steady state.
     loop : LoopReport or None
@@ -200,22 +200,22 @@ class Solution(RunStatistics, HandedOver):
     integrals : Integrals or None
         Exact Fourier coefficients, averages and powers of a periodic steady state.
     spectra : list of Spectrum
-        What ``.four`` cards ask for.
+        Results of ``.four`` cards.
     powers : LossTable or None
-        Average powers of all elements, if they were asked for.
+        Average powers of all elements, if requested.
     sensitivities : list of Sensitivity
-        What ``.sens`` cards ask for.
+        Results of ``.sens`` cards.
     fine : callable or None
         Returns the rows with both sides of jumps put in, None if nothing jumps; they are computed
         at the first call.
     recording : Recording or None
-        What the engine has kept of signals between the rows.
+        What the engine kept of signals between the rows.
     again : callable or None
         Runs the analysis once more and records other signals.
     more : Rows or None
-        Runs the analysis once more, for signals that are asked for later.
+        Runs the analysis once more, for signals requested later.
     view : View or None
-        What a picture shows where nobody asked for certain signals; None shows all ``columns``.
+        What a picture shows if no signals are named; None shows all ``columns``.
 
     Examples
     --------
@@ -286,7 +286,7 @@ class Solution(RunStatistics, HandedOver):
 
     @property
     def failure(self) -> Diagnostic | None:
-        """Why the points are not to be relied upon (NS3003), None if the certificate holds."""
+        """Why the points are not reliable (NS3003), None if the certificate holds."""
         from .refusal import failure_of
 
         found = failure_of(self)
@@ -294,7 +294,7 @@ class Solution(RunStatistics, HandedOver):
 
     @property
     def stats(self) -> dict[str, Any]:
-        """Counters of all islands together, of residuals and stages the largest."""
+        """Counters summed over all islands; for residuals and stages the largest."""
         total: dict[str, Any] = {"rows": self.row_count, "wall_time": self.wall_time}
         for island in self.islands:
             for key, value in island.stats.items():
@@ -371,15 +371,15 @@ class Solution(RunStatistics, HandedOver):
     ) -> Motion:
         """Return signals as functions between two instants, as accurate as the engine knows them.
 
-        What was not recorded during the run is recorded by running it once more.  Of a sweep, and
-        of rows without an engine, signals are lines between the rows.
+        Signals that were not recorded are recorded by another run. For a sweep, and for rows
+        without an engine, signals are interpolated linearly between the rows.
 
         Parameters
         ----------
         names : sequence of str
-            Signals, also such as were not asked for in the run.
+            Signals, including those that were not requested in the run.
         start, stop : float, optional
-            The window; all of the run if left out.
+            The window; the whole run by default.
 
         Raises
         ------
@@ -413,7 +413,7 @@ class Solution(RunStatistics, HandedOver):
         Parameters
         ----------
         columns : sequence of str, optional
-            Signals to return; all ``columns`` of the solution if left out.
+            Signals to return; all ``columns`` of the solution by default.
 
         Examples
         --------

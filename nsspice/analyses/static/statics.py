@@ -53,7 +53,7 @@ def op(
     sink : Sink, optional
         Takes the row.
     on_failure : str
-        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        What to do if the certificate fails: ``raise`` a CertificateError, ``warn`` (a
         CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
@@ -66,8 +66,8 @@ def op(
     InfeasibleError, StepError
         If there is no solution, or none was found.
     CertificateError
-        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
-        the run.
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` is the
+        run.
 
     Examples
     --------
@@ -131,29 +131,29 @@ def dc(
         Values by element name that replace the deck's [Ohm, V or A].
     method : str, optional
         ``euler-newton`` or ``euler-newton-rate`` follow the path of solutions from point to point
-        instead of solving each one.
+        instead of solving at each one.
     progress : callable, optional
-        Called with the finished share, 0 to 1.
+        Called with the fraction completed, 0 to 1.
     sink : Sink, optional
         Takes the rows.
     analysis : Dc, optional
         Nested sweeps, instead of ``source``.
     on_failure : str
-        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        What to do if the certificate fails: ``raise`` a CertificateError, ``warn`` (a
         CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
     -------
     Solution
-        Its axis is the first sweep; values of the others are signals of their own.
+        Its axis is the first sweep; values of the others are signals.
 
     Raises
     ------
     InfeasibleError, StepError
         If there is no solution, or none was found.
     CertificateError
-        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
-        the run.
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` is the
+        run.
 
     Examples
     --------

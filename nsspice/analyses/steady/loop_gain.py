@@ -78,13 +78,13 @@ def loop(
     temperature: float | None = None,
     values: Mapping[str, float] | None = None,
 ) -> Solution:
-    """Find the loop gain at a voltage source of 0 V, about the orbit if the deck has ``.pss``.
+    """Find the loop gain at a 0 V source, about the orbit if the deck has ``.pss``.
 
     Parameters
     ----------
     circuit : Circuit
     source : str
-        Its first node is on the side to which the signal goes, though the result does not depend on
+        Its first node is on the side to which the signal flows, but the result does not depend on
         it.
     frequencies : sequence of float
         [Hz], rising.

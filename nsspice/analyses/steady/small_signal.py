@@ -59,7 +59,7 @@ def ac(
     """Find the response to the AC values of the sources.
 
     With a ``.pss`` card, or a ``period``, it is that of the periodic steady state, in which
-    switchings move; else that of the operating point.
+    switching instants move; otherwise that of the operating point.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def ac(
     period : float, optional
         Of the periodic steady state [s].
     sidebands : int
-        Multiples of the orbit's own frequency that are shown on both sides of the stimulus'.
+        Multiples of the orbit's frequency shown on both sides of the stimulus frequency.
 
     Returns
     -------

@@ -133,15 +133,16 @@ def pss(
     circuit : Circuit
         From :func:`nsspice.read`.
     period : float, optional
-        [s]; left out it is that of the deck's ``.pss`` card, else the common period of the sources.
+        [s]; by default that of the deck's ``.pss`` card, otherwise the common period of the
+        sources.
     trigger : str, optional
-        Signal whose rise through ``level`` [V or A] begins each period, in circuits that oscillate
-        by themselves.
+        Signal whose rise through ``level`` [V or A] starts each period, in self-oscillating
+        circuits.
     level : float
     settle : float
-        Time that is run from the initial values before Newton's method begins [s].
+        Time to run from the initial values before Newton's method starts [s].
     row_step : float, optional
-        Distance of the rows [s]; a thousandth of the period by default.
+        Row spacing [s]; a thousandth of the period by default.
     signals, extra, temperature, values, all_points, on_failure
         As for :func:`nsspice.tran`.
 

@@ -157,26 +157,26 @@ def run(
     Parameters
     ----------
     circuit : Circuit, str or Path
-        A circuit, or what :func:`nsspice.read` makes one of: ``"deck.net"``.
+        A circuit, or anything that :func:`nsspice.read` accepts: ``"deck.net"``.
     params : mapping of str to float, optional
-        Values that replace those of top-level ``.param`` cards, of a deck that is read.
+        Values that replace those of top-level ``.param`` cards when a deck is read.
     method, theta, step, reltol, accuracy, signals, extra, all_points, everything
         As for :func:`nsspice.tran`.
     tol : float, optional
-        Error of transients that is wanted, a share of the range of each stored quantity: method
-        and step are chosen to meet it, and ``error`` of the solution says what was reached.
+        Error wanted in transients, relative to the range of each stored quantity: method and step
+        are chosen to meet it, and ``error`` of the solution says what was reached.
     refine : bool
-        Estimate the error of fixed steps by halving them twice, into ``error``.
+        Estimate the error of fixed steps by halving them twice; see ``error`` of the solution.
     on_failure : str
-        As for :func:`nsspice.tran`; all analyses are run before it is looked at.
+        As for :func:`nsspice.tran`; it applies after all analyses have been run.
     progress : callable, optional
-        Called with the finished share of all analyses, 0 to 1.  In a notebook, longer runs show a
-        bar without it.
+        Called with the fraction of all analyses completed, 0 to 1. Without it, longer runs in a
+        notebook show a progress bar.
 
     Returns
     -------
     list of Solution
-        One for each analysis and ``.step`` value; shorter if Ctrl-C stopped the run, the last one
+        One for each analysis and ``.step`` value; fewer if Ctrl-C stopped the run; the last one
         then has ``interrupted`` set.
 
     Raises

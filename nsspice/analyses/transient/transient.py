@@ -70,10 +70,9 @@ def tran(
     stop : float, optional
         End [s]; without it everything comes from the deck's first ``.tran`` card.
     row_step : float, optional
-        Distance of the output rows [s]; a thousandth of the shown time by default.
+        Spacing of the output rows [s]; a thousandth of the time shown by default.
     step : float, optional
-        Solver step [s]; by default as SPICE chooses its largest step.  With ``sdirk`` the longest
-        step.
+        Solver step [s]; by default SPICE's largest step. With ``sdirk`` it is the longest step.
     start : float
         First output row [s].
     uic : bool, optional
@@ -84,34 +83,34 @@ def tran(
     theta : float, optional
         Weight of the new state: 1 implicit (default), 0.5 trapezoidal in the smooth part.
     reltol : float, optional
-        Error of one step of ``sdirk``, as a part of the range of each unknown so far; 1e-5 by
+        Error of one step of ``sdirk``, relative to the range of each unknown so far; 1e-5 by
         default.
     accuracy : str, optional
         ``waveforms`` (default), or ``energy``: errors of ``sdirk`` are measured by the energy
-        exchanged in a period of the sources, 1e-4 of it by default.  Means and powers are right,
+        exchanged in a period of the sources, 1e-4 of it by default.  Means and powers are accurate,
         ringing of little energy is damped.
     signals : sequence of str, optional
-        What to return; the deck's ``.save`` cards, or the default set.
+        Signals to return; by default those of the deck's ``.save`` cards, or the default set.
     extra : sequence of str
-        Signals that are recorded but not among ``columns``.
+        Signals to record that are not among ``columns``.
     temperature : float, optional
         [degrees Celsius]
     values : mapping of str to float, optional
         Values of R, L, C or sources by element name that replace the deck's [Ohm, H, F, V or A].
     progress : callable, optional
-        Called with the finished share, 0 to 1.
+        Called with the fraction completed, 0 to 1.
     sink : Sink, optional
         Takes the rows while they are computed.
     keep : bool
-        False leaves the rows to the sink alone; the solution then holds the first and last row.
+        If False, only the sink gets the rows; the solution then has the first and last row.
     all_points : bool
         Rows at the solver's own points (with fixed steps instead of the grid), and on both sides
         of each jump: the time of a jump appears twice, before and after.
     everything : bool
-        Simulate also what none of the signals depends on; otherwise ``skipped`` of the solution
-        and its certificate name it.
+        Also simulate parts on which none of the signals depends; otherwise ``skipped`` of the
+        solution and its certificate name them.
     on_failure : str
-        What a failing certificate does: ``raise`` a CertificateError, ``warn`` (a
+        What to do if the certificate fails: ``raise`` a CertificateError, ``warn`` (a
         CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
 
     Returns
@@ -124,8 +123,8 @@ def tran(
     NumericalError
         If a step has no solution; ``partial`` holds what was computed before.
     CertificateError
-        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` holds
-        the run.
+        NS3003 if the certificate fails, unless ``on_failure`` says otherwise; ``solution`` is the
+        run.
 
     Examples
     --------

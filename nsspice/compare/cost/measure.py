@@ -42,35 +42,35 @@ def cost(
     notice: Notice | None = None,
     result: Notice | None = None,
 ) -> CostReport:
-    """Measure what each digit of a transient costs with every method.
+    """Measure what each digit of accuracy costs in a transient, with every method.
 
     Parameters
     ----------
     circuit : Circuit
         Its first ``.tran`` card is run.
     target : float, optional
-        The ladders go down to this error at least, if ``limit`` allows.
+        The runs go down to this error at least, if ``limit`` allows.
     methods : sequence of str, optional
         Of ``LADDERS``; all that apply by default.  ``sdirk2`` is the method of order two,
-        ``moreau-half`` that with theta = 0.5.  The longest step of ngspice varies: ``ngspice`` is
-        Gear's method, ``ngspice-trap`` the trapezoid, ``ngspice-tight`` that with reltol = 1e-6,
-        ``ngspice-junction`` has diodes of N = 0.01.
+        ``moreau-half`` the one with theta = 0.5.  The longest step of ngspice varies: ``ngspice``
+        is Gear's method, ``ngspice-trap`` the trapezoidal rule, ``ngspice-tight`` the same with
+        reltol = 1e-6, ``ngspice-junction`` has diodes of N = 0.01.
     signals : sequence of str, optional
-        What errors are measured in; voltages of capacitors and currents of inductors by default.
+        Signals whose errors are measured; capacitor voltages and inductor currents by default.
     limit : float
-        Longest time of one run [s]: a ladder ends before a run that would take longer, and a run
-        that does all the same is given up, with a note.  A run of the reference may take three
-        times as long, and 6 s at least; the first where the exact engine does not apply takes as
+        Longest time of one run [s]: a series ends before a run that would take longer, and a run
+        that does take longer is stopped, with a note.  A run of the reference may take three times
+        as long, and 6 s at least; the first one, where the exact engine does not apply, takes as
         long as it needs.
     reference : Reference, optional
-        To measure against another one than the deck's own.
+        A reference other than the deck's own.
     notice, result : callable, optional
-        Called with a sentence before each run, and after it with what it has shown.
+        Called with a sentence before each run, and after it with its result.
 
     Returns
     -------
     CostReport
-        With what was measured up to then, and ``interrupted`` set, if Ctrl-C stopped it.
+        If Ctrl-C stopped it, with the measurements so far and ``interrupted`` set.
 
     Examples
     --------
