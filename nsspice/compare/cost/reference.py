@@ -172,7 +172,7 @@ def _controlled(problem: Problem, exact: Graph | None, patience: float) -> tuple
 
 
 def _loosest_first(problem: Problem, patience: float) -> list[Run]:
-    """Return the controlled runs that stand in where the first tight one takes too long."""
+    """Return the controlled runs that replace the first tight one where it takes too long."""
     runs: list[Run] = []
     for tolerance in reversed(_LOOSE):
         try:
