@@ -21,6 +21,8 @@ the dual: inductors in series, whose current follows that of the element between
 from __future__ import annotations
 
 import math
+import sys
+from bisect import bisect
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -94,6 +96,7 @@ class StoredCurve(NamedTuple):
         if len(slopes) < 2 or not all(0.0 <= s < math.inf for s in slopes):
             return None
         ends = (-math.inf, *places, math.inf)
+        slopes = _distinct(slopes)
         return cls(min(slopes), tuple(_layers(ends, slopes, min(slopes))))
 
     def times(self, factor: float) -> StoredCurve:
@@ -199,6 +202,25 @@ def _summed(node: Node) -> Node:
 def _signals(node: Node) -> set[str]:
     found = {str(node.value)} if node.op == "var" else set()
     return found.union(*map(_signals, node.args))
+
+
+def _distinct(slopes: Sequence[float]) -> list[float]:
+    """Return slopes of which none differ by rounding alone, each lowered to the next one.
+
+    A slope is the sum of as many terms as there are kinks, each rounded by a part of the largest.
+    What rounding leaves between two slopes that should be alike would be a layer of 1e-18 H.
+
+    Examples
+    --------
+    >>> _distinct([0.0, 2e-4, 0.05, 2e-4 + 2e-18, 1e-19])
+    [0.0, 0.0002, 0.05, 0.0002, 0.0]
+    """
+    rounding = len(slopes) * sys.float_info.epsilon * max(slopes)
+    levels = [0.0]
+    for slope in sorted(slopes):
+        if slope > levels[-1] + rounding:
+            levels.append(slope)
+    return [levels[bisect(levels, slope) - 1] for slope in slopes]
 
 
 def _layers(ends: Sequence[float], slopes: Sequence[float], ground: float) -> list[Layer]:
