@@ -104,7 +104,7 @@ def test_raw_files_are_read_back(tmp_path):
     (tmp_path / "b.raw").write_bytes(content[:-30])
     assert np.array_equal(read_raw(tmp_path / "b.raw")[1], data[:, :-2])
     (tmp_path / "c.raw").write_bytes(content[:40])
-    with pytest.raises(ValueError, match="no raw file"):
+    with pytest.raises(ValueError, match="not a raw file"):
         read_raw(tmp_path / "c.raw")
 
 
