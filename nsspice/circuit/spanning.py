@@ -16,6 +16,10 @@ from .union_find import UnionFind
 
 #: among branches of one kind the heavier: large capacitances and conductances, small inductances
 _KINDS = {"V": 0, "E": 1, "C": 2, "R": 3, "P": 4, "L": 6, "J": 5, "G": 8, "I": 9}
+#: at DC, where inductors are short and capacitors open: a capacitor in the tree would make the
+#: voltage at a small conductance the difference of two, and put the current of a large one into
+#: its equation
+_KINDS_AT_DC = {**_KINDS, "L": 2, "C": 10}
 #: pairs with smooth laws: junctions (J) that block leave each cut-set its leakage alone
 _LIGHT_PAIR = 7
 #: a tree may ask for so many more terms than node voltages do, for each node
@@ -38,7 +42,8 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
     """Return for each node the one before it on the way to ground.
 
     Voltage sources go before capacitors, these before resistors, pairs, inductors and sources of
-    currents (a normal tree); among equal kinds the heavier branch.  Where the loops of such a tree
+    currents (a normal tree), at DC inductors in place of capacitors; among equal kinds the heavier
+    branch.  Where the loops of such a tree
     would fill the equations of a large network, nothing: the unknowns are node voltages.
 
     Parameters
@@ -82,7 +87,7 @@ def spanning_tree(devices: Sequence[Device], conditions: Conditions) -> dict[str
 def _branches(devices: Sequence[Device], conditions: Conditions) -> Iterator[_Weighted]:
     """Yield all branches."""
     number = 0
-    kinds = dict(_KINDS)
+    kinds = dict(_KINDS_AT_DC if conditions.analysis == "dc" else _KINDS)
     smooth = any(device.smooth for device in devices)
     if smooth:
         kinds["P"] = _LIGHT_PAIR

@@ -72,6 +72,7 @@ impl Auditor {
                     self.share.max(known)
                 },
                 settled: 0.0,
+                swing: all.swing[k],
             };
             let roles = if all.roles.is_empty() { &[][..] } else { &all.roles[k * m..][..m] };
             let first = &all.first[k * n..][..n];

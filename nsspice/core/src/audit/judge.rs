@@ -125,11 +125,24 @@ impl Auditor {
             let part = self.share * TOLERANCE;
             smooth.add_sizes(&self.arrays.kinds, &unit.largest, point.u, unit.rate, part, floor);
         }
+        let pairs = self.block.l.len();
+        let block = &mut self.block;
+        block.l.extend_from_slice(point.l);
+        block.w.extend_from_slice(&self.arrays.q);
+        block.volts.extend(self.arrays.q.iter().map(|q| q.abs()));
+        let (w, volts) = (&mut block.w[pairs..], &mut block.volts[pairs..]);
+        self.arrays.b.add_both(-1.0, point.z, w, volts);
+        self.arrays.d.add_both(1.0, point.l, w, volts);
+        // at its kink rounding decides whether a pair conducts
+        let part = self.share * TOLERANCE;
+        let conducts = |i: usize| point.l[i] != 0.0 || w[i].abs() <= part * volts[i];
+        let largest = |j: usize| unit.largest[usize::from(self.arrays.kinds[j])];
+        self.reach.through_pairs(conducts, 1.0, largest, floor);
         let Seen { parts, currents, .. } = &mut self.seen;
         self.reach.see_parts(&self.arrays.kinds, parts, [point.z, point.l], currents);
         let least = self.floor(unit, floor);
         let block = &mut self.block;
-        let (rows, pairs) = (block.count * n, block.count * m);
+        let rows = block.count * n;
         block.count += 1;
         block.least.push(least);
         // what is stored is put back right after a jump, and says nothing of voltages there
@@ -175,12 +188,6 @@ impl Auditor {
         self.branches.see(point.z, scale);
         self.seen.all = [0, 1].map(|kind| self.seen.all[kind].max(unit.largest[kind]));
         floor.iter_mut().zip(&*scale).for_each(|(floor, scale)| *floor = floor.max(*scale));
-        block.l.extend_from_slice(point.l);
-        block.w.extend_from_slice(&self.arrays.q);
-        block.volts.extend(self.arrays.q.iter().map(|q| q.abs()));
-        let (w, volts) = (&mut block.w[pairs..], &mut block.volts[pairs..]);
-        self.arrays.b.add_both(-1.0, point.z, w, volts);
-        self.arrays.d.add_both(1.0, point.l, w, volts);
         if point.roles.is_empty() {
             block.roles.resize(pairs + m, 0);
         } else {

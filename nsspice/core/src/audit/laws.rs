@@ -163,7 +163,8 @@ impl Auditor {
         let functions = smooth.iter().flat_map(|s| s.f.places().chain(s.q.places()));
         functions.for_each(|(row, _)| functional[row] = true);
         let h = arrays.averaging.as_ref().map(|h| &h.0);
-        let reach = Reach::new(&linear.row_kind, m, &e, g, &arrays.a, h);
+        let mut reach = Reach::new(&linear.row_kind, m, &e, g, &arrays.a, h);
+        reach.know_pairs([&arrays.a, &arrays.b, &arrays.d], &arrays.q);
         let volts = |pair: &usize| reach.kind(*pair) == 1;
         let thresholds = (0..m).filter(volts).map(|pair| linear.q[pair].abs());
         let seen = Seen {

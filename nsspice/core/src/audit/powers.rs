@@ -34,7 +34,8 @@ pub(super) struct Powers {
     pub kinds: Vec<u8>,
     pub pairs: usize,
     pub reach: Reach,
-    share: f64,
+    /// the part of its terms that rounding may leave of a law, in units of the tolerance
+    pub share: f64,
     /// what the largest voltage and current store, and what they do
     content: Product,
     acting: Product,
@@ -56,7 +57,9 @@ impl Powers {
         let kinds = linear.row_kind.clone();
         let size = g.nrows + pairs;
         let average = h.as_ref();
-        let reach = Reach::new(&kinds, pairs, &entries_e, &entries_g, &a, average);
+        let mut reach = Reach::new(&kinds, pairs, &entries_e, &entries_g, &a, average);
+        let slacks = [&linear.b, &linear.d].map(Entries::new);
+        reach.know_pairs([&a, &slacks[0], &slacks[1]], &linear.q);
         let mut joule = vec![0.0; g.nrows];
         e.iter()
             .filter(|(row, col, _)| row == col)

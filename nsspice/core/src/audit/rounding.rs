@@ -15,6 +15,10 @@
 //! moves.  Measured on the random networks of the tests, laws err by a tenth of the sum with the largest
 //! of its kind (below) at most.
 //!
+//! The current of a conducting pair with a resistance is what that makes of the voltages and the threshold: among its
+//! terms are all of them, divided by the resistance, however small the current itself is, in the equations of both
+//! ends (`Reach::through_pairs`).
+//!
 //! A current (voltage) that another law determines brings the rounding of that law along: currents
 //! that meet in a node without storage, of a capacitor elsewhere, are known to the rounding of its
 //! `C v / h`, and that of a capacitor between two nodes to the rounding of both.  The largest sum of each kind is therefore the least for all laws that add up currents
@@ -45,6 +49,19 @@ pub struct Reach {
     shared: Vec<bool>,
     /// of each pair: its multiplier is a voltage (0) or a current (1)
     pairs: Vec<u8>,
+    /// pairs with a resistance
+    resistive: Vec<Resistive>,
+}
+
+/// What the multiplier of a conducting pair consists of, `(B z - q) / D`.
+#[derive(Clone, Debug)]
+struct Resistive {
+    pair: usize,
+    /// the sizes of the threshold and of the factors of unknowns, each over `D`
+    threshold: f64,
+    factors: Vec<(usize, f64)>,
+    /// the equations that it enters, and the size of its factor there
+    enters: Vec<(usize, f64)>,
 }
 
 /// What sums of sizes make of the largest voltage and current.
@@ -80,7 +97,36 @@ impl Reach {
         for (row, pair, value) in a.entries() {
             acting[row][usize::from(carried[pair])] += value.abs();
         }
-        Reach { stored, acting, shared, pairs: carried }
+        Reach { stored, acting, shared, pairs: carried, resistive: Vec::new() }
+    }
+
+    /// Takes the characteristics of the pairs, `w = q - B z + D lambda`, and where their multipliers enter.
+    pub fn know_pairs(&mut self, [a, b, d]: [&Entries; 3], q: &[f64]) {
+        let resistive = d.entries().filter(|&(row, column, value)| row == column && value > 0.0);
+        let terms = |(pair, _, resistance): (usize, usize, f64)| {
+            let factors = b.entries().filter(|e| e.0 == pair);
+            let factors = factors.map(|(_, column, v)| (column, v.abs() / resistance)).collect();
+            let enters = a.entries().filter(|e| e.1 == pair).map(|(row, _, v)| (row, v.abs()));
+            let threshold = q[pair].abs() / resistance;
+            Resistive { pair, threshold, factors, enters: enters.collect() }
+        };
+        self.resistive = resistive.map(terms).collect();
+    }
+
+    /// Adds to each equation the sizes of the terms of the pairs in it that conduct, for unknowns of these sizes and
+    /// thresholds times a weight.
+    pub fn through_pairs(
+        &self,
+        conducts: impl Fn(usize) -> bool,
+        weight: f64,
+        unknown: impl Fn(usize) -> f64,
+        sizes: &mut [f64],
+    ) {
+        for pair in self.resistive.iter().filter(|pair| conducts(pair.pair)) {
+            let terms = pair.factors.iter().map(|&(j, factor)| factor * unknown(j));
+            let size = weight * pair.threshold + terms.sum::<f64>();
+            pair.enters.iter().for_each(|&(row, factor)| sizes[row] += factor * size);
+        }
     }
 
     /// Whether the multiplier of a pair is a voltage (0) or a current (1).
@@ -151,6 +197,8 @@ pub struct RoundingUnit {
     pub share: f64,
     /// the part of the sums without what is stored that is not known, in the same units
     pub settled: f64,
+    /// energy of the terms of a closed form if none of them cancelled: it could all be in one element [J]
+    pub swing: f64,
 }
 
 impl Auditor {
@@ -172,7 +220,8 @@ impl Auditor {
         for (row, (own, &kind)) in floor.iter_mut().zip(kinds).enumerate() {
             let largest = parts.of(row).map_or(largest, of_part);
             let acting = *own + reach.acting(row, &largest) + f64::MIN_POSITIVE;
-            let stored = 2.0 * rate * reach.content(row, &largest);
+            let content = reach.content(row, &largest).max(reach.holding(row, kind, unit.swing));
+            let stored = 2.0 * rate * content;
             // times the tolerance, far below all ranges of values: regardless of smaller ones
             let none = f64::EPSILON * unit.largest[usize::from(1 - kind)];
             *own = (share * (acting + stored)).max(settled * acting).max(none);

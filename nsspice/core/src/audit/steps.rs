@@ -95,7 +95,8 @@ impl Auditor {
             // a line but for 1e-6, and what is curved that little errs by less than its hundredth
             let settled = if after_jump { 1.0 } else { 0.0 };
             let rate = 1.0 / size;
-            let unit = RoundingUnit { largest, rate, quotients: rate, share, settled };
+            let (quotients, swing) = (rate, 0.0);
+            let unit = RoundingUnit { largest, rate, quotients, share, settled, swing };
             let point = Point { z, l, u, f: &f, roles, after_jump, unsigned: false };
             self.point(&point, &rates, &unit, &mut floor);
             if after_jump {

@@ -169,6 +169,8 @@ pub struct Sums {
     /// charge and flux by which laws are missed
     missed: [f64; 2],
     residual: Vec<f64>,
+    /// of these, what currents of conducting pairs are known to
+    known: Vec<f64>,
 }
 
 impl Sums {
@@ -182,12 +184,14 @@ impl Sums {
         if linear.e.values.iter().all(|&v| v == 0.0) {
             return None;
         }
+        let powers = Powers::new(linear, between, averaging, smooth);
         Some(Sums {
-            powers: Powers::new(linear, between, averaging, smooth),
+            powers,
             totals: Totals::default(),
             rounded: Rounding::default(),
             missed: [0.0; 2],
             residual: Vec::new(),
+            known: Vec::new(),
         })
     }
 
@@ -300,18 +304,24 @@ impl Sums {
 
     /// Takes integrals of the rates of what is stored, unknowns, multipliers and sources over a motion:
     /// what they miss the laws by is charge and flux that times its unknown is missing in the balance.
-    /// Rounding of what stores half a joule alone is no miss.
-    pub fn miss(&mut self, rate: &[f64], z: &[f64], l: &[f64], u: &[f64], rounding: f64) {
+    /// Rounding of what stores half a joule alone is no miss, nor is that of the voltages of pairs that conduct through
+    /// a resistance over this `time`.
+    pub fn miss(&mut self, time: f64, [rate, z, l, u]: [&[f64]; 4], rounding: f64) {
         self.residual.clear();
         self.residual.resize(z.len(), 0.0);
         self.powers.laws[0].add(1.0, rate, &mut self.residual);
         self.powers.laws[1].add(1.0, z, &mut self.residual);
         self.powers.a.add(1.0, l, &mut self.residual);
         self.powers.s.add(-1.0, u, &mut self.residual);
-        for ((missed, &kind), joule) in
-            self.residual.iter().zip(&self.powers.kinds).zip(&self.powers.joule)
-        {
-            self.missed[usize::from(kind)] += (missed.abs() - rounding * joule).max(0.0);
+        self.known.clear();
+        self.known.resize(z.len(), 0.0);
+        let size = |j: usize| z[j].abs();
+        self.powers.reach.through_pairs(|pair| l[pair] != 0.0, time, size, &mut self.known);
+        let part = TOLERANCE * self.powers.share;
+        let rows = self.residual.iter().zip(&self.known).zip(&self.powers.joule);
+        for (((missed, known), joule), &kind) in rows.zip(&self.powers.kinds) {
+            let excess = missed.abs() - rounding * joule - part * known;
+            self.missed[usize::from(kind)] += excess.max(0.0);
         }
     }
 

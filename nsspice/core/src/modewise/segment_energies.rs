@@ -295,7 +295,7 @@ impl SegmentEnergies {
         self.u.extend((0..sources).map(|k| engine.prepared.inputs.value_of(k, &self.v)));
         // of coordinates whose energy is half the square of their length
         let rounding = mode.n as f64 * f64::EPSILON * mode.fastest * norm(&self.asked);
-        sums.miss(&self.rate, &self.z, &self.l, &self.u, rounding);
+        sums.miss(count * h, [&self.rate, &self.z, &self.l, &self.u], rounding);
     }
 }
 
