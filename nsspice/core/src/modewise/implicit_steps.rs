@@ -105,7 +105,7 @@ impl Engine {
         let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
         let mut v = Vec::new();
         later(&self.motion.segment, length, &mut v);
-        let (before, begin) = (self.state.z.clone(), self.span.time);
+        let begin = self.span.time;
         let mut step = length;
         let result = loop {
             let taken = self.try_step(&v, &roles, step);
@@ -154,7 +154,7 @@ impl Engine {
             let squares = a.iter().zip(&self.state.a).map(|(new, old)| (new - old) * (new - old));
             self.stats.taken += 0.5 * squares.sum::<f64>();
         }
-        self.state.a = a;
+        let before = std::mem::replace(&mut self.state.a, a);
         self.scale.see_state(&self.state.a);
         self.sample_end();
         self.span.time = reached;
@@ -164,8 +164,10 @@ impl Engine {
         let label = if at_target { target } else { self.span.time };
         let wanted = self.table.pieces.wanted(begin, self.span.time).is_some();
         if written || wanted || self.hands_on() {
-            let rates: Vec<f64> =
-                self.state.z.iter().zip(&before).map(|(a, b)| (a - b) / step).collect();
+            // of what is stored: the unknowns before a first step are not known otherwise
+            let moved = self.state.a.iter().zip(&before).map(|(new, old)| (new - old) / step);
+            let mut rates = vec![0.0; self.prepared.net.n];
+            self.prepared.net.big_r.apply(&moved.collect::<Vec<_>>(), &mut rates);
             let u = self.sources(label);
             let mut outputs = vec![0.0; self.table.outputs.len()];
             self.table.outputs.write(&self.state.z, &self.state.l, &rates, &u, &mut outputs);
