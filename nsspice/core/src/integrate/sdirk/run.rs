@@ -272,7 +272,7 @@ impl Sdirk {
             self.stage_equations.deepest = LEVELS - 1;
         }
         let (n, m) = (s.state.z.len(), s.state.l.len());
-        self.scales.note(s, &s.state.z, &s.state.l);
+        self.scales.note(s, &s.state.z, &s.state.l, !known);
         s.gates().see_controls();
         self.note_controls(s);
         self.trial.start = s.state.time;
@@ -499,11 +499,12 @@ impl Sdirk {
             s.state.u1.copy_from_slice(&self.trial.at.u);
             self.shown.points.note_left(s);
         }
-        let (z, guards) = self.trial.at.x.split_at(n);
+        let trial = &self.trial;
+        let (z, guards) = trial.at.x.split_at(n);
         s.state.z.copy_from_slice(z);
         let pairs = guards.iter().zip(s.state.active.iter().zip(&s.state.roles));
         for (i, (l, (&g, (&active, &role)))) in s.state.l.iter_mut().zip(pairs).enumerate() {
-            *l = stage_equations.resistances.multiplier(i, g, active, role, trial.crossing);
+            *l = stage_equations.resistances.multiplier(i, g, active, role, trial.open());
         }
         if s.recorder.outputs.needs_rates() {
             s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);
@@ -528,7 +529,7 @@ impl Sdirk {
         };
         let plain = goes_on && turned.is_empty();
         if !empty && !plain {
-            self.scales.note(s, &s.state.z, &s.state.l); // after a plain end the next step does
+            self.scales.note(s, &s.state.z, &s.state.l, false); // after a plain end the next step does
         }
         if self.trial.crossing {
             self.enter_mode(s);

@@ -352,13 +352,20 @@ impl Trial {
         fit
     }
 
+    /// Whether guards of the point evaluated last are those of a complementarity problem, which may have found another
+    /// mode.
+    pub fn open(&self) -> bool {
+        self.crossing || self.stages.open.last().copied().unwrap_or(false)
+    }
+
     /// The outputs at the point evaluated last.
     pub fn write(&mut self, s: &mut Stepper, stage_equations: &StageEquations, row: &mut [f64]) {
+        let open = self.open();
         let (z, rest) = self.at.x.split_at_mut(self.n);
         let (guards, f) = rest.split_at_mut(self.m);
         let pairs = s.state.active.iter().zip(&s.state.roles);
         for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
-            *g = stage_equations.resistances.multiplier(i, *g, active, role, self.crossing);
+            *g = stage_equations.resistances.multiplier(i, *g, active, role, open);
         }
         let (rates, slope) = self.at.slope.split_at(self.n);
         s.recorder

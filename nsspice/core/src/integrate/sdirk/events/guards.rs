@@ -2,11 +2,14 @@
 //! their part of the network ([`Parts`]).
 
 use crate::integrate::implicit::stepper::Stepper;
-use crate::rounding::OF_EQUATION;
+use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::structure::Parts;
 
 /// A guard counts as negative beyond this part of its scale.
 pub const VIOLATED: f64 = 1e-11;
+/// What a current of an earlier mode counts for in the next one: rounding of it is all that may be left there, and that
+/// is no violation.  A spike is no measure of what flows after it.
+const REMEMBERED: f64 = OF_SOLUTION / VIOLATED;
 /// A parabola errs by less than this part of its height.
 const CLOSE: f64 = 0.05;
 
@@ -14,13 +17,15 @@ const CLOSE: f64 = 0.05;
 pub struct Scales {
     /// largest voltage [V] and current [A]
     pub largest: [f64; 2],
-    /// largest current of each part [A]
+    /// largest current of each part in this mode, and what is remembered of earlier ones [A]
     currents: Vec<f64>,
     parts: Parts,
     /// 0 if the multiplier (slack) of a pair is a voltage, 1 if it is a current
     multiplier: Vec<u8>,
     slack: Vec<u8>,
     control: Vec<u8>,
+    /// unknowns that are stored
+    stored: Vec<bool>,
     /// largest magnitude of each unknown so far
     unknown: Vec<f64>,
     /// the least and the largest value of each unknown so far; infinitely apart where the charge of a
@@ -61,6 +66,8 @@ impl Scales {
         }
         let control = |c: &[(usize, f64)]| u8::from(c.iter().any(|e| kinds[e.0] == 1));
         let parts = Parts::new(&s.solver.sys.linear, s.solver.sys.smooth.as_ref());
+        let mut stored = vec![false; n];
+        s.solver.sys.linear.e.iter().for_each(|(_, column, _)| stored[column] = true);
         Scales {
             largest: [0.0; 2],
             currents: vec![0.0; parts.count()],
@@ -68,6 +75,7 @@ impl Scales {
             multiplier: multiplier.collect(),
             slack,
             control: s.switching.switches.iter().map(|w| control(&w.control)).collect(),
+            stored,
             unknown: vec![0.0; n],
             range,
             potentials: vec![[f64::INFINITY, f64::NEG_INFINITY]; n],
@@ -75,8 +83,9 @@ impl Scales {
         }
     }
 
-    /// Takes notice of a state.
-    pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64]) {
+    /// Takes notice of a state.  Right after an instant currents that nothing stores are no measure: where a switch
+    /// shorts a charge they are those of the shortest step.
+    pub fn note(&mut self, s: &Stepper, z: &[f64], l: &[f64], right_after: bool) {
         for (&z, [least, most]) in z.iter().zip(&mut self.range) {
             (*least, *most) = (least.min(z), most.max(z));
         }
@@ -87,16 +96,20 @@ impl Scales {
                 (*least, *most) = (least.min(v), most.max(v));
             }
         }
-        for ((z, size), &kind) in z.iter().zip(&mut self.unknown).zip(&s.solver.sys.linear.row_kind)
-        {
+        let kinds = &s.solver.sys.linear.row_kind;
+        let counts = |j: usize| !right_after || kinds[j] == 0 || self.stored[j];
+        for (j, (z, size)) in z.iter().zip(&mut self.unknown).enumerate().filter(|e| counts(e.0)) {
+            let kind = kinds[j];
             *size = size.max(z.abs());
             let largest = &mut self.largest[usize::from(kind)];
             *largest = largest.max(z.abs());
         }
-        for (j, z) in z.iter().enumerate().filter(|e| s.solver.sys.linear.row_kind[e.0] == 1) {
-            self.note_current(self.parts.of(j), z.abs());
+        for (j, z) in z.iter().enumerate().filter(|e| kinds[e.0] == 1) {
+            if !right_after || self.stored[j] {
+                self.note_current(self.parts.of(j), z.abs());
+            }
         }
-        for (i, l) in l.iter().enumerate() {
+        for (i, l) in l.iter().enumerate().filter(|_| !right_after) {
             let kind = usize::from(self.multiplier[i]);
             self.largest[kind] = self.largest[kind].max(l.abs());
             if kind == 1 {
@@ -106,6 +119,14 @@ impl Scales {
         // what flows in a resistor is no unknown, but what its node takes from a capacitor is a current
         self.sums.fill(0.0);
         s.solver.sys.linear.g.mul_add(1.0, z, &mut self.sums);
+        if right_after {
+            // what flows in resistors and windings is what it will be
+            for (row, column, factor) in s.solver.sys.linear.g.iter() {
+                if kinds[column] == 1 && !self.stored[column] {
+                    self.sums[row] -= factor * z[column];
+                }
+            }
+        }
         for row in (0..self.sums.len()).filter(|&row| s.solver.sys.linear.row_kind[row] == 0) {
             let sum = self.sums[row].abs();
             self.largest[1] = self.largest[1].max(sum);
@@ -118,6 +139,11 @@ impl Scales {
         let rounded = f64::EPSILON * s.facts.conductances[0] * self.largest[0];
         self.largest[1] = self.largest[1].max(rounded);
         self.currents.iter_mut().for_each(|current| *current = current.max(rounded));
+    }
+
+    /// A mode ends.
+    pub fn forget(&mut self) {
+        self.currents.iter_mut().for_each(|current| *current *= REMEMBERED);
     }
 
     fn note_current(&mut self, part: Option<usize>, current: f64) {

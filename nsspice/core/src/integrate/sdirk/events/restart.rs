@@ -15,6 +15,7 @@ impl Sdirk {
     pub(in crate::integrate::sdirk) fn begin_anew(&mut self, s: &mut Stepper) {
         let known = self.knows_rates(s);
         self.tableau = self.settings.method.next(known);
+        self.scales.forget();
         self.begin_step(s, false);
         self.begin_at_rest(s);
     }
