@@ -2,7 +2,7 @@
 #
 #   make run     virtual environment, build, simulate a real netlist, leave CSV and plot
 #   make test    everything a change must pass: Rust and Python tests, formats, types, lints
-#   make fmt lint type bench work-precision cross-check docs soak clean
+#   make fmt lint type bench work-precision cross-check docs mutations soak clean
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -15,7 +15,7 @@ export PYO3_PYTHON := $(abspath $(BIN)/python)
 LIBPYTHON = $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR") or "")')
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench core-bench bench-compare work-precision cross-check coverage docs soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench core-bench bench-compare work-precision cross-check coverage docs mutations soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -107,6 +107,10 @@ cross-check: $(VENV)/.dev ngspice
 # lines of the Python package that the tests run; the threshold only rises
 coverage: $(VENV)/.dev
 	$(BIN)/python -m pytest -m 'not soak' -n auto --dist worksteal --cov=nsspice --cov-report=term:skip-covered
+
+# does the certificate see faults of the engines?  A damaged core is compiled into target-faults
+mutations: $(VENV)/.dev
+	$(BIN)/python tools/mutations.py
 
 soak: $(VENV)/.dev
 	$(BIN)/python tools/soak.py

@@ -17,6 +17,7 @@ part.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from .. import _core
@@ -25,7 +26,7 @@ from ..problems.descriptor import DescriptorSystem
 from .compiled import compiled, core_matrix
 from .intervals import Recording
 from .moreau import Recorded
-from .stepper import Jump, Stepper
+from .stepper import Jump, Stepper, Turned
 
 
 class Auditor:
@@ -93,6 +94,10 @@ class Auditor:
     def check_intervals(self, intervals: Recording) -> None:
         """Take recorded intervals of continuous solutions into the worst errors."""
         self._core.take_intervals(intervals)
+
+    def check_turns(self, turns: Sequence[Turned]) -> None:
+        """Take gates that have turned, as a stepper reports them, into the worst error of gates."""
+        self._core.take_turns(turns)
 
     def jump_error(
         self,

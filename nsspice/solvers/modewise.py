@@ -315,6 +315,10 @@ class ModewiseStepper(Stepper):
         """Return the intervals of segments recorded since the last call."""
         return self._core.take_intervals()
 
+    def take_references(self) -> Floats:
+        """Return one of 16 rows inside segments once more, from the unknowns, (k, columns)."""
+        return self._core.take_references().reshape(-1, self._columns)
+
     def take_records(self) -> _core.Records:
         """Return the implicit steps taken since the last call, where no mode could be proved."""
         return self._core.take_records()

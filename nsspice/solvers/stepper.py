@@ -124,6 +124,11 @@ class Jump:
     span: float
 
 
+#: when [s], number of the switch, its gate before, its control, the multiplier of its pair, and
+#: whether the instant was searched for
+Turned = tuple[float, int, bool, float, float, bool]
+
+
 class Stepper(ABC):
     """A plan of rows through time, computed block by block by the compiled core.
 
@@ -320,6 +325,24 @@ class Stepper(ABC):
         The first 65536 are kept, the others counted in ``statistics``.
         """
         return self._core.events()  # type: ignore[no-any-return]
+
+    @property
+    def written(self) -> tuple[int, list[float], list[float]]:
+        """Rows handed out, and weighted sums of the values of each column and of their sizes."""
+        return self._core.written()  # type: ignore[no-any-return]
+
+    def take_references(self) -> Floats:
+        """Return some rows, computed once more, since the last call, shape (k, columns)."""
+        return np.empty((0, self._columns))
+
+    @property
+    def turns(self) -> list[Turned]:
+        """Gates that have turned, the first few thousand.
+
+        Of each: when [s], the number of the switch, its state before, where the control was, the
+        multiplier of the pair, and whether the instant was searched for.
+        """
+        return self._core.turns()  # type: ignore[no-any-return]
 
     @property
     def chattering(self) -> tuple[list[tuple[int, int, float]], float]:

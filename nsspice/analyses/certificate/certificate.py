@@ -8,6 +8,7 @@ from typing import Any
 
 from ...circuit.dependencies import Skipped
 from .energy import Energy, worse
+from .written_rows import Violation
 
 #: A run whose relative errors stay below this passes.
 TOLERANCE = 1e-8
@@ -75,6 +76,21 @@ class Certificate:
     def without(self, skipped: Skipped) -> Certificate:
         """Return the certificate of a part of a circuit, which says what it does not cover."""
         return replace(self, skipped=skipped) if skipped else self
+
+    def at_rows(self, laws: Iterable[Violation], pairs: Iterable[Violation] = ()) -> Certificate:
+        """Return the certificate with the worst errors of written rows."""
+        out = self
+        for law in laws:
+            if worse(law.error, out.laws):
+                out = replace(out, laws=law.error, worst=f"{law.element} at {law.time:g} s")
+        for pair in pairs:
+            if worse(pair.error, out.complementarity):
+                out = replace(out, complementarity=pair.error)
+        return out
+
+    def at_start(self, error: float) -> Certificate:
+        """Return the certificate with the error of the first state, as that of a jump."""
+        return replace(self, jumps=error) if worse(error, self.jumps) else self
 
     @property
     def passed(self) -> bool:

@@ -15,10 +15,11 @@ from ...solvers.audit import Auditor
 from ...solvers.compiled import shows_passive
 from ...solvers.intervals import Recording
 from ...solvers.moreau import Recorded
-from ...solvers.stepper import Jump
+from ...solvers.stepper import Jump, Turned
 from .certificate import Certificate
 from .energy import Energy, Jumped, worse
 from .free_currents import FreeCurrents
+from .impulse_signs import impulse_error
 from .impulses import delivered, start_of, stored_functions
 from .uniqueness import Watcher
 
@@ -116,6 +117,7 @@ class Examiner:
         start: tuple[Floats, float] | None = None,
         kept: bool = True,
         sums: Mapping[str, float] | None = None,
+        turns: Sequence[Turned] = (),
     ) -> Certificate:
         """Return the verdict on a run.
 
@@ -130,8 +132,12 @@ class Examiner:
             False if there were more jumps than are kept.
         sums : mapping, optional
             Energies of all steps, from the stepper that was accompanied.
+        turns : sequence of tuple
+            Gates that have turned, as the stepper tells them.
         """
         audit = self.auditor
+        if turns:
+            audit.check_turns(turns)
         balance, jumped = 0.0, Jumped()
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
@@ -144,6 +150,8 @@ class Examiner:
             error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
             balance = error if worse(error, balance) else balance
             jumped.add(before, reached, given)
+        signs = impulse_error(self.mna.system, jumps, sums["turned"] if sums else 0.0)
+        balance = signs if worse(signs, balance) else balance
         found = audit.result()
         # what changes without a report is a jump that nobody accounts for
         balance = found["boundaries"] if worse(found["boundaries"], balance) else balance

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ...solvers.stepper import UnsolvedStep
+from ..certificate.copied_rows import CopiedRows
+from ..certificate.written_rows import WrittenRows
 from ..request.cards import Tran
 from ..request.interrupts import Interrupts
 from ..request.notebook_progress import Progress
@@ -29,6 +31,10 @@ class Outlet:
         self.recorder, self.store, self.sink, self.keep = recorder, store, sink, keep
         #: takes notice of rows that are not kept
         self.watch: Callable[[Floats], None] | None = None
+        #: compare recorded columns with what steppers tell of them
+        self.copies: list[CopiedRows] = []
+        #: judges rows as they are written
+        self.judge: WrittenRows | None = None
         self.rows = 0
 
     @property
@@ -44,6 +50,8 @@ class Outlet:
         """Take complete rows: time, then the recorded columns; ``placed`` in what ``room`` gave."""
         if block.shape[0] == 0:
             return
+        for copy in self.copies:
+            copy.take(block)
         if not self.recorder.direct:
             block = np.column_stack([block[:, 0], self.recorder.signals(block[:, 1:])])
         if placed:
@@ -53,6 +61,8 @@ class Outlet:
         else:
             self._keep_ends(block)
         self.rows += block.shape[0]
+        if self.judge is not None:
+            self.judge.take(block)
         if self.sink is not None:
             self.sink.write(block)
         if self.watch is not None:

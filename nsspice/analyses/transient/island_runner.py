@@ -19,6 +19,7 @@ from ...solvers.sdirk import Accuracy, SdirkStepper
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.certificate import TAKEN_BESIDE_EXACT, Certificate
 from ..certificate.failure import chatter, high_index, lost_path, named_failure, resting, unbounded
+from ..certificate.first_state import FirstState
 from ..certificate.followed_path import of_linearised
 from ..certificate.hidden_motion import Between
 from ..certificate.impulses import jumps_of, shared_at_start
@@ -95,6 +96,7 @@ class IslandRunner:
         self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._shared: JumpReport | None = None
+        self._first: FirstState | None = None
         self._planned = 0
         self._held: Floats | None = None
         self._high: tuple[float, list[bool]] | None = None
@@ -259,6 +261,13 @@ class IslandRunner:
             raise named_failure(
                 self.circuit, self.mna, problem, starting=True, given=analysis.uic
             ) from problem
+        if self.step is not None and not self.stepper.jumps:
+            point = self.stepper.dc_point
+            wanted = None if point is None else self.mna.system.E.dot(point[0])
+            wanted = wanted if self.charges is None else self.charges[0]
+            if wanted is not None:
+                found = self.stepper.beginning[0]
+                self._first = FirstState.of(self.mna.system, wanted, found)
         deck = self.circuit.deck
         if analysis.uic and self.charges is not None and not self.stepper.jumps:
             given, state = initial_voltages(self.circuit, self.mna), self.stepper.beginning[0]
@@ -305,6 +314,7 @@ class IslandRunner:
             self.charges,
             len(jumps) == stats["jumps"],
             self.stepper.balance,
+            self.stepper.turns,
         )
         energy = certificate.energy
         if energy is not None and self._shared is not None:
@@ -316,6 +326,9 @@ class IslandRunner:
             certificate = replace(certificate, taken=taken, granted=granted)
         elif self.method == "sdirk" and energy is not None:
             certificate = replace(certificate, taken=energy.taken)
+        if self._first is not None:
+            missed = self._first.error(0.0 if energy is None else energy.turned)
+            certificate = certificate.at_start(missed)
         if self._late():
             certificate = replace(certificate, late=self._late() / self.settings.reltol)
         followed = self.method in PATH_METHODS
@@ -324,6 +337,11 @@ class IslandRunner:
     def _late(self) -> float:
         """Return how far controls of sampled switches had passed their thresholds at most."""
         return max((late for _, _, late in self.stepper.chattering[0]), default=0.0)
+
+    @property
+    def sampled(self) -> list[str]:
+        """Switches that chatter, and therefore turn when they look at their controls."""
+        return [self.mna.pair_elements[pair] for pair, _, _ in self.stepper.chattering[0]]
 
     def warnings(self) -> list[Diagnostic]:
         """Return what the start, the certificate and the steps have to say."""

@@ -7,14 +7,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+import numpy as np
+
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
 from ...circuit.dependencies import Skipped, needed
 from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.deck import Deck, TranCard
 from ..certificate.certificate import Certificate
+from ..certificate.copied_rows import CopiedRows
 from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
+from ..certificate.written_rows import Violation, WrittenRows
 from ..request.cards import Tran
 from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
@@ -254,6 +258,7 @@ def run_tran(
         ]
         return recorder, [runner(k, settings) for k in range(count)], races
 
+    judged = circuit
     parts = Blocks(circuit)
     if beginnings is None and not periodic_sources:
         parts = split(circuit, settings, analysis, request)
@@ -268,6 +273,13 @@ def run_tran(
     if sink is not None:
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
+    if not periodic_sources:  # continued into the past they are not those of the deck
+        outlet.judge = WrittenRows.of_run(
+            judged, names, analysis, request.temperature, request.values
+        )
+    begun = list(runners)
+    if not all_points:
+        outlet.copies = _copies(runners, recorder)
     points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
     if shown and not keep:
 
@@ -314,7 +326,9 @@ def run_tran(
         impulses=[impulse for jump in jumps for impulse in jump.impulses],
         jumps=jumps,
         islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
-        certificate=Certificate.total(runner.certificate() for runner in runners).without(skipped),
+        certificate=Certificate.total(runner.certificate() for runner in runners)
+        .at_rows(*_judged(outlet, runners, begun))
+        .without(skipped),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
         row_count=outlet.rows,
@@ -346,6 +360,35 @@ def run_tran(
         failure.partial = solution
         raise failure
     return solution
+
+
+def _judged(
+    outlet: Outlet, runners: Sequence[IslandRunner], begun: Sequence[IslandRunner]
+) -> tuple[list[Violation], list[Violation]]:
+    """Return what the rows have shown: worst errors of laws, and of set-valued elements.
+
+    Where a runner has taken over from one that had ``begun``, nobody has told of all rows.
+    """
+    table, recorder = outlet.judge, outlet.recorder
+    sampled = [name for runner in runners for name in runner.sampled]
+    found = [] if table is None else [table.worst(sampled)]
+    for runner, names in zip(runners, recorder.local, strict=True):
+        if runner.sides and table is not None:
+            own = table.beside(names)
+            own.take(np.concatenate(runner.sides))
+            # both sides of jumps; before one at the end of a fixed step switches are late
+            found.append(own.worst(sampled if runner.method != "moreau" else None))
+    copies = [copy.worst() for copy in outlet.copies] if list(runners) == list(begun) else []
+    return [*(law for law, _ in found), *copies], [pair for _, pair in found]
+
+
+def _copies(runners: Sequence[IslandRunner], recorder: Recorder) -> list[CopiedRows]:
+    """Return what compares the rows of each island with what its stepper tells of them."""
+    out, first = [], 1
+    for runner, names in zip(runners, recorder.local, strict=True):
+        out.append(CopiedRows(runner.stepper, first, [name[0] == "i" for name in names]))
+        first += len(names)
+    return out
 
 
 def _recording(

@@ -6,6 +6,9 @@
 //! then [`newton`] and [`instant`], then the engines; [`steady`] uses the exact engine, `python` uses everything.
 #![warn(missing_docs)]
 
+#[macro_use]
+mod faults;
+
 pub mod audit;
 pub mod dense;
 pub mod descriptor;

@@ -1,20 +1,25 @@
 //! The Python interface of the core; all bindings are in this file and in its folder.
 
 mod audit;
+#[cfg(feature = "faults")]
+mod faults;
 mod modewise;
 mod newton;
 mod points;
 mod polynomial;
+mod rows;
 mod steady;
 mod system;
+mod written;
 
 use crate::audit::Taken;
 use crate::pieces::Pieces;
-use points::{PyIntervals, PyRecords};
+use points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use polynomial::PyPolynomial;
 use system::{guessed, misfit, PySystem, Sizes};
+use written::{fill, Written};
 
-use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Progress, Sdirk, Stepper};
+use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Sdirk, Stepper};
 use crate::integrate::{Samples, System, Tableau};
 use crate::mlcp::{Driver, Problem, Role, Start};
 use crate::sparse::Csc;
@@ -26,7 +31,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::sync::Arc;
-use std::time::Duration;
 
 type Ints<'py> = PyReadonlyArray1<'py, i64>;
 type Floats<'py> = PyReadonlyArray1<'py, f64>;
@@ -59,46 +63,8 @@ fn csc(m: &Matrix) -> PyResult<Csc> {
     Ok(Csc { nrows, ncols, colptr, rowidx, values })
 }
 
-/// Lets `advance` fill rows of `out` without the interpreter's lock; returns the number of rows and
-/// 0 more, 1 done, 2 failed.
-fn fill(
-    py: Python<'_>,
-    mut out: PyReadwriteArray2<f64>,
-    columns: usize,
-    budget: f64,
-    advance: impl FnOnce(&mut [f64], Duration) -> (usize, Progress) + Send,
-) -> PyResult<(usize, u8)> {
-    let mut view = out.as_array_mut();
-    if view.ncols() != columns {
-        return Err(invalid("the array needs one column for the time and one per output"));
-    }
-    let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
-    let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
-    let (rows, progress) = py.detach(move || advance(slice, budget));
-    let state = match progress {
-        Progress::More => 0,
-        Progress::Done => 1,
-        Progress::Failed => 2,
-    };
-    Ok((rows, state))
-}
-
-/// times [s], pairs, conducts from then on
-type EventArrays<'py> =
-    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
-
-/// In the order of time: an engine may report one event behind the next.
-fn event_arrays<'py>(py: Python<'py>, events: &[(f64, usize, bool)]) -> EventArrays<'py> {
-    let mut events = std::borrow::Cow::Borrowed(events);
-    if !events.is_sorted_by(|a, b| a.0 <= b.0) {
-        events.to_mut().sort_by(|a, b| a.0.total_cmp(&b.0));
-    }
-    (
-        PyArray1::from_iter(py, events.iter().map(|e| e.0)),
-        PyArray1::from_iter(py, events.iter().map(|e| e.1)),
-        PyArray1::from_iter(py, events.iter().map(|e| e.2)),
-    )
-}
+/// time, switch, the gate before, its control, what the pair carried, whether the instant was searched for
+type TurnSpec = (f64, usize, bool, f64, f64, bool);
 
 fn role(code: u8) -> PyResult<Role> {
     Ok(match code {
@@ -151,6 +117,7 @@ struct PyStepper {
     /// controls the steps of a run by SDIRK
     sdirk: Option<Box<Sdirk>>,
     sizes: Sizes,
+    written: Written,
 }
 
 fn failure_dict<'py>(py: Python<'py>, f: &Failure) -> PyResult<Bound<'py, PyDict>> {
@@ -211,11 +178,11 @@ impl PyStepper {
             }
             terms.push(list);
         }
-        let (waveforms, switches) = (system.waveforms.clone(), system.switches.clone());
-        let (gates, outputs) = (system.gates.clone(), Outputs::new(&terms, sizes));
+        let (waveforms, switches) = (system.waveforms.clone(), system.switches_of_engines());
+        let (gates, outputs) = (system.gates_of_engines(), Outputs::new(&terms, sizes));
         let mut inner = Stepper::new(sys, waveforms, switches, gates, outputs);
         inner.know_elements(&system.capacitors, &system.conductors, &system.coordinates);
-        Ok(PyStepper { inner, sdirk: None, sizes: system.sizes() })
+        Ok(PyStepper { inner, sdirk: None, sizes: system.sizes(), written: Written::default() })
     }
 
     /// Returns None, or the failure as a dict.
@@ -251,6 +218,8 @@ impl PyStepper {
         guess: Option<(Floats, Floats)>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
         let charges = charges.as_slice()?.to_vec();
+        #[cfg(feature = "faults")]
+        let charges = faults::damaged(charges, crate::faults::damage::start);
         if charges.len() != self.inner.state().0.len() {
             return Err(invalid("one charge or flux per unknown is needed"));
         }
@@ -381,7 +350,8 @@ impl PyStepper {
         budget: f64,
     ) -> PyResult<(usize, u8)> {
         let (inner, sdirk) = (&mut self.inner, &mut self.sdirk);
-        fill(py, out, inner.recorder.columns(), budget, move |slice, budget| match sdirk {
+        let columns = inner.recorder.columns();
+        fill(py, out, columns, budget, &mut self.written, move |slice, budget| match sdirk {
             Some(sdirk) => sdirk.advance(inner, slice, budget),
             None => inner.advance(slice, budget),
         })
@@ -423,6 +393,17 @@ impl PyStepper {
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.inner.recorder.jumps.iter().map(|j| jump_dict(py, j)).collect()
+    }
+
+    /// Number of rows handed out, and of each column the sum of its values and of their sizes, weighted.
+    fn written(&self) -> (u64, Vec<f64>, Vec<f64>) {
+        self.written.sums()
+    }
+
+    /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
+    fn turns(&self) -> Vec<TurnSpec> {
+        let turns = self.inner.switching_turns().kept.iter();
+        turns.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).
@@ -589,6 +570,12 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<modewise::PyModewise>()?;
     module.add_class::<steady::PyOrbit>()?;
     module.add_class::<audit::PyAuditor>()?;
+    module.add_class::<rows::PyRows>()?;
+    #[cfg(feature = "faults")]
+    {
+        module.add_function(wrap_pyfunction!(faults::choose_fault, module)?)?;
+        module.add_function(wrap_pyfunction!(faults::faults, module)?)?;
+    }
     module.add_function(wrap_pyfunction!(solve_mlcp, module)?)?;
     module.add_function(wrap_pyfunction!(format_rows, module)?)?;
     module.add_function(wrap_pyfunction!(waveform_values, module)?)?;

@@ -32,6 +32,55 @@ pub enum AtThreshold {
     Is(bool),
 }
 
+/// A gate that has turned: where its control was, and what its pair carried.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// when [s]
+    pub time: f64,
+    /// the number of the switch
+    pub switch: usize,
+    /// the gate before
+    pub gate: bool,
+    /// the control
+    pub control: f64,
+    /// the multiplier of the pair
+    pub carried: f64,
+    /// the instant was searched for: the control is at the threshold, neither short of it nor beyond
+    pub located: bool,
+}
+
+/// Turns of gates in the order in which they came, the first few thousand in full.
+#[derive(Clone, Debug, Default)]
+pub struct Turns {
+    /// those that are kept
+    pub kept: Vec<Turn>,
+}
+
+impl Turns {
+    /// Turns kept in full.
+    const MOST: usize = 4096;
+
+    /// Whether there is room for another one.
+    pub fn open(&self) -> bool {
+        self.kept.len() < Turns::MOST
+    }
+
+    /// Keeps a turn of the gate of switch `k` at a time, where the unknowns are `z` and the multipliers `l`.
+    pub fn note(
+        &mut self,
+        (time, located): (f64, bool),
+        k: usize,
+        of: (&Switch, bool),
+        at: [&[f64]; 2],
+    ) {
+        if self.open() {
+            let ((switch, gate), [z, l]) = (of, at);
+            let (control, carried) = (switch.value(z), l[switch.pair]);
+            self.kept.push(Turn { time, switch: k, gate, control, carried, located });
+        }
+    }
+}
+
 /// A switch.
 #[derive(Clone, Debug)]
 pub struct Switch {
@@ -65,6 +114,7 @@ impl Switch {
     /// Whether the gate stays as it is regardless of the control, if the pair `conducts`.
     #[inline]
     pub fn held(&self, gate: bool, conducts: bool) -> bool {
+        fault!("thyristor_opens_at_once" => return false);
         conducts && self.role(gate) == Role::Diode
     }
 

@@ -4,7 +4,7 @@
 use super::recorded::Taken;
 use super::{ratio, worse, TOLERANCE};
 use crate::mlcp::Role;
-use crate::switch::Switch;
+use crate::switch::{Switch, Turn};
 use crate::waveform::INSTANT;
 use std::sync::Arc;
 
@@ -59,13 +59,48 @@ impl Gates {
             let blurred = (INSTANT * all.end[k].abs() / length).min(1.0);
             let doubt = all.doubt[k] + blurred * (distances[1] - distances[0]).abs();
             if switch.latching && all.roles[k * m..][switch.pair] != Role::Open as u8 {
-                continue; // a thyristor that conducts needs no gate
+                // a thyristor that conducts needs no gate, and one that has stopped does
+                let place = |i: usize| (k * all.nodes + i) * m + switch.pair;
+                let carries = |i: usize| all.l.get(place(i)).is_none_or(|l| *l != 0.0);
+                if (0..all.nodes).any(carries) {
+                    continue;
+                }
             }
             for (z, distance) in ends(k).into_iter().zip(distances) {
                 let found = excess(switch, gate, z, -distance - doubt, swing);
                 if worse(found, self.error) {
                     (self.error, self.worst) = (found, Some(switch.pair));
                 }
+            }
+        }
+    }
+}
+
+impl Gates {
+    /// Takes gates that have turned: their controls had reached the threshold, and gone beyond it only where it was
+    /// not searched for; a thyristor opens when it carries nothing of the `largest` current.
+    pub fn take_turns(&mut self, turns: &[Turn], largest: f64) {
+        for turn in turns {
+            let Some(switch) = self.switches.get(turn.switch) else { continue };
+            let swing = &mut self.swings[turn.switch];
+            *swing = swing.max(switch.edge(turn.gate).0.abs()).max(turn.control.abs());
+        }
+        for turn in turns {
+            let Some(switch) = self.switches.get(turn.switch) else { continue };
+            let (threshold, sign) = switch.edge(turn.gate);
+            let short = sign * (turn.control - threshold);
+            let missing = if turn.located { short.abs() } else { short };
+            let mut found = if missing.is_nan() {
+                f64::NAN
+            } else {
+                ratio(missing.max(0.0), self.swings[turn.switch]) * TOLERANCE / KNOWN
+            };
+            if switch.latching && turn.gate {
+                let carried = ratio(turn.carried.max(0.0), largest) * TOLERANCE / KNOWN;
+                found = if worse(carried, found) { carried } else { found };
+            }
+            if worse(found, self.error) {
+                (self.error, self.worst) = (found, Some(switch.pair));
             }
         }
     }
@@ -149,5 +184,41 @@ mod tests {
         assert_eq!(error(false, false, 1, [3.5, 1.9], f64::INFINITY), 0.0);
         // a thyristor (0) without a gate
         assert_eq!(error(false, true, 0, [3.5, 0.0], 0.0), 0.0);
+    }
+
+    #[test]
+    fn gates_turn_where_their_controls_have_arrived() {
+        // closed from 3 V down to 2 V
+        let error = |latching: bool, gate: bool, control: f64, carried: f64, located: bool| {
+            let at_threshold = AtThreshold::Reached;
+            let (on_above, off_below, inverted) = (3.0, 2.0, false);
+            let control_of = vec![(0, 1.0)];
+            let switch = Switch {
+                pair: 0,
+                control: control_of,
+                on_above,
+                off_below,
+                inverted,
+                latching,
+                at_threshold,
+            };
+            let mut gates = Gates::new(vec![switch].into());
+            gates
+                .take_turns(&[Turn { time: 0.0, switch: 0, gate, control, carried, located }], 1.0);
+            gates.error
+        };
+        for located in [false, true] {
+            assert_eq!(error(false, false, 3.0, 0.0, located), 0.0);
+            assert_eq!(error(false, true, 2.0, 1.0, located), 0.0);
+            // short of it
+            assert!(error(false, false, 2.9, 0.0, located) > TOLERANCE);
+            assert!(error(false, true, 2.1, 1.0, located) > TOLERANCE);
+        }
+        // beyond it after a jump alone
+        assert_eq!(error(false, false, 5.0, 0.0, false), 0.0);
+        assert!(error(false, false, 5.0, 0.0, true) > TOLERANCE);
+        // a thyristor opens without a current
+        assert_eq!(error(true, true, 0.0, 0.0, false), 0.0);
+        assert!(error(true, true, 0.0, 0.1, false) > TOLERANCE);
     }
 }

@@ -137,6 +137,14 @@ pub struct Auditor {
 }
 
 impl Auditor {
+    /// Takes gates that have turned.
+    pub fn take_turns(&mut self, turns: &[crate::switch::Turn]) {
+        let largest = self.seen.all[1].max(self.seen.largest[1]);
+        if let Some(gates) = &mut self.gates {
+            gates.take_turns(turns, largest);
+        }
+    }
+
     /// Takes the arrays of a system in node voltages, and the capacitors and resistors in them; averaging terms of a theta scheme, if there are any, by unknowns
     /// and by sources; functions, if there are any.
     pub fn new(

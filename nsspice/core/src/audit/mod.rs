@@ -27,6 +27,7 @@ mod matrix;
 mod powers;
 mod recorded;
 mod rounding;
+pub mod rows;
 mod sources;
 mod steps;
 mod sums;

@@ -71,6 +71,14 @@ impl Described {
         Ok(Described { shape, scale })
     }
 
+    /// The value, if it is one for all times.
+    pub fn constant(&self) -> Option<f64> {
+        match &self.shape {
+            Shape::Dc(value) => Some(self.scale * value),
+            _ => None,
+        }
+    }
+
     /// What another block hands on, whose laws are checked there.
     pub fn polynomial(polynomial: Polynomial) -> Described {
         Described { shape: Shape::Polynomial(polynomial), scale: 1.0 }
@@ -127,7 +135,7 @@ impl Described {
     }
 
     /// How far a value is from those around an instant.
-    fn outside(&self, t: f64, found: f64) -> f64 {
+    pub(super) fn outside(&self, t: f64, found: f64) -> f64 {
         let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
         let around = [self.before(t, known), self.value(t), self.value(t + known)];
         let low = around.iter().fold(f64::INFINITY, |a, v| a.min(*v));
@@ -139,6 +147,15 @@ impl Described {
         } else {
             below.max(above) - (high - low)
         }
+    }
+}
+
+impl Described {
+    /// How much it changes within the rounding of an instant.
+    pub(super) fn swing(&self, t: f64) -> f64 {
+        let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
+        let (before, now, after) = (self.before(t, known), self.value(t), self.value(t + known));
+        (now - before).abs() + (after - now).abs()
     }
 }
 

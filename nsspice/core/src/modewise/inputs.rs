@@ -234,6 +234,8 @@ impl Inputs {
                 Kind::Line(k) => {
                     if let Waveform::Piecewise(p) = &self.waveforms[k] {
                         let (value, slope) = p.line(t);
+                        #[cfg(feature = "faults")]
+                        let slope = fault!("ramp_held", slope, 0.0);
                         out.level[at] = value;
                         out.slope[at] = slope;
                         out.now[at] = value;
@@ -281,6 +283,10 @@ impl Inputs {
         self.breakpoints.extend(self.waveforms.iter().filter_map(|w| w.next_breakpoint_time(t)));
         let first = self.breakpoints.iter().copied().fold(f64::INFINITY, f64::min);
         let same = first + INSTANT * first.abs();
+        fault!("breakpoints_missed" => {
+            let later = self.waveforms.iter().filter_map(|w| w.next_breakpoint_time(same));
+            return later.fold(f64::INFINITY, f64::min);
+        });
         self.breakpoints.iter().copied().filter(|&c| c <= same).fold(first, f64::max)
     }
 

@@ -149,12 +149,10 @@ impl Engine {
         let (n, m, k) = (self.prepared.net.n, self.prepared.net.m, self.prepared.net.kernel.cols);
         let before = self.unknowns_from(origin);
         let mut scrap = vec![0.0; m];
-        let mut x = vec![0.0; mode.n];
-        mode.enter(entry, &mut x);
         let mut after = vec![0.0; n];
         self.unknowns(
             mode,
-            &x,
+            self.motion.path.start(),
             &self.motion.segment.now,
             &self.motion.segment.rate,
             &mut after,
@@ -179,6 +177,44 @@ impl Engine {
             }
         }
         self.keep_jump([before, after], [unknowns, multipliers], 0.0);
+    }
+
+    /// Notes where the control of a switch is that turns at the end of a segment, or, with it, at the begin of the
+    /// next one by the sources alone.
+    pub(super) fn note_turn(&mut self, mode: &Mode, s: usize, by_sources: bool) {
+        if !self.log.turns.open() || self.control.sampling.on[s] {
+            return;
+        }
+        let (x, segment) = (self.state.x.clone(), &self.motion.segment);
+        let (v, d) = if by_sources {
+            (segment.now.clone(), segment.rate.clone())
+        } else {
+            let mut d = Vec::new();
+            segment.rates(&self.state.v, &mut d);
+            (self.state.v.clone(), d)
+        };
+        self.keep_turn(mode, s, [&x, &v, &d], !by_sources);
+    }
+
+    /// The same of a switch that turns where the present segment begins.
+    pub(super) fn note_turn_at_begin(&mut self, s: usize) {
+        let Some((_, mode)) = self.motion.present.clone() else { return };
+        if !self.log.turns.open() || self.control.sampling.on[s] {
+            return;
+        }
+        let (x, segment) = (self.motion.path.start().to_vec(), &self.motion.segment);
+        let (v, d) = (segment.now.clone(), segment.rate.clone());
+        self.keep_turn(&mode, s, [&x, &v, &d], false);
+    }
+
+    fn keep_turn(&mut self, mode: &Mode, s: usize, [x, v, d]: [&[f64]; 3], located: bool) {
+        if x.len() != mode.n {
+            return; // implicit steps have passed since
+        }
+        let (mut z, mut l) = (vec![0.0; self.prepared.net.n], vec![0.0; self.prepared.net.m]);
+        self.unknowns(mode, x, v, d, &mut z, &mut l);
+        let of = (&self.prepared.switches[s], self.control.gates[s]);
+        self.log.turns.note((self.span.time, located), s, of, [&z, &l]);
     }
 
     /// Keeps a jump at the present time, the limit of steps of this length [s] or a closed form.

@@ -1,6 +1,7 @@
 //! What a run reports besides its rows: counters, jumps, changes of pairs.
 
 use crate::integrate::{Failure, Jump};
+use crate::switch::Turns;
 
 /// Events kept in full; later ones are only counted.
 const MAX_EVENTS: usize = 1 << 16;
@@ -46,6 +47,8 @@ pub struct Log {
     pub jumps: Vec<Jump>,
     /// changes of pairs: time, pair, whether it conducts from then on
     pub events: Vec<(f64, usize, bool)>,
+    /// where controls were when gates turned
+    pub turns: Turns,
     /// the last failure
     pub failure: Option<Failure>,
 }

@@ -100,6 +100,7 @@ impl EventSearch {
                     let group = j..count.min(j + GROUP);
                     guards.look(group, &self.to, &self.fourth, &mut self.new);
                 }
+                fault!("third_guard_missed" => if j % 3 == 2 { continue; });
                 if end <= clear[j] {
                     continue;
                 }
@@ -122,7 +123,14 @@ impl EventSearch {
                 continue;
             }
             if !self.falling.is_empty() {
-                return (self.earliest(path, guards, t, end, resolution), Ending::Crossing);
+                let root = self.earliest(path, guards, t, end, resolution);
+                fault!("event_late_1e-2" => return (root + 1e-2 * (end - root), Ending::Crossing));
+                fault!("event_late_1e-4" => return (root + 1e-4 * (end - root), Ending::Crossing));
+                fault!("event_late_1e-6" => return (root + 1e-6 * (end - root), Ending::Crossing));
+                fault!("event_early_1e-3" => return (root - 1e-3 * (root - t), Ending::Crossing));
+                fault!("event_at_interval_end" => return (end, Ending::Crossing));
+                fault!("event_halfway" => return (0.5 * (t + root), Ending::Crossing));
+                return (root, Ending::Crossing);
             }
             if end >= horizon {
                 return (horizon, Ending::Horizon);
@@ -170,6 +178,7 @@ impl EventSearch {
         let m4 = self.new.bound[j];
         let (b1, b2) = (g0 + h * d0 / 3.0, g1 - h * d1 / 3.0);
         let error = m4 * h * h * h * h / 384.0;
+        fault!("guards_at_ends_only" => if g1 >= -noise { return Verdict::Holds; });
         if g0.min(g1).min(b1).min(b2) - error >= -noise {
             return Verdict::Holds;
         }
@@ -241,6 +250,7 @@ impl EventSearch {
         let same = first + resolution;
         self.crossing.extend(self.roots.iter().filter(|r| r.0 <= same).map(|r| r.1));
         self.crossing.sort_unstable();
+        fault!("one_crossing_alone" => self.crossing.truncate(1));
         first
     }
 

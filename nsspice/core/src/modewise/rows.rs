@@ -16,6 +16,9 @@ use super::trajectory::Trajectory;
 use crate::pieces::Pieces;
 use crate::waveform::INSTANT;
 
+/// Of so many rows one is computed once more.
+const REFERENCES: u64 = 16;
+
 /// The outputs along the present segment.
 #[derive(Default)]
 pub(super) struct Inside {
@@ -94,9 +97,17 @@ pub struct Table {
     pub pieces: Pieces,
     /// outputs that drive other blocks
     pub(super) handed: Handed,
+    /// rows written inside segments, and some of them computed once more
+    written: u64,
+    references: Vec<f64>,
 }
 
 impl Table {
+    /// Numbers of rows that wait to be compared.
+    pub(super) fn references(&self) -> usize {
+        self.references.len()
+    }
+
     /// Rows of some outputs alone.
     pub(super) fn new(outputs: Outputs) -> Table {
         Table {
@@ -105,6 +116,8 @@ impl Table {
             ends: Ends::default(),
             pieces: Pieces::default(),
             handed: Handed::default(),
+            written: 0,
+            references: Vec::new(),
         }
     }
 }
@@ -113,6 +126,56 @@ impl Engine {
     /// Writes the next rows as far as they lie inside the segment and there is room for them;
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
+        let count = self.write_next_rows(out);
+        if self.samples.watches {
+            self.refer(&out[..count * self.columns()]);
+        }
+        count
+    }
+
+    /// Computes some of the rows just written once more, from the unknowns of the mode.
+    fn refer(&mut self, table: &[f64]) {
+        let columns = self.columns();
+        let (every, offset) = (REFERENCES, self.table.written % REFERENCES);
+        self.table.written += (table.len() / columns) as u64;
+        let first = ((every - offset) % every) as usize;
+        for row in table.chunks_exact(columns).skip(first).step_by(every as usize) {
+            self.refer_to(row[0]);
+        }
+    }
+
+    /// Keeps the row at a time inside the segment, computed from the unknowns.
+    fn refer_to(&mut self, label: f64) {
+        let Some((_, mode)) = self.motion.present.clone() else { return };
+        let net = &self.prepared.net;
+        let (mut z, mut l) = (vec![0.0; net.n], vec![0.0; net.m]);
+        let (mut x, mut v, mut d) = (vec![0.0; mode.n], vec![0.0; self.state.v.len()], Vec::new());
+        let mut point = Point::default();
+        self.motion.path.at((label - self.span.time).max(0.0), &mut point);
+        self.motion.path.state(&point, &mut x);
+        self.motion.path.inputs(&self.motion.segment, &point, &mut v);
+        self.motion.segment.rates(&v, &mut d);
+        self.unknowns(&mode, &x, &v, &d, &mut z, &mut l);
+        self.motion.path.state_rate(&point, &mut x);
+        let (mut a, mut rates) = (vec![0.0; net.states], vec![0.0; net.n]);
+        mode.leave(&x, &d, &mut a);
+        net.big_r.apply(&a, &mut rates);
+        let inputs = &self.prepared.inputs;
+        let sources = inputs.waveforms().len();
+        let u: Vec<f64> = (0..sources).map(|k| inputs.value_of(k, &v)).collect();
+        let kept = &mut self.table.references;
+        let from = kept.len();
+        kept.resize(from + 1 + self.table.outputs.len(), 0.0);
+        kept[from] = label;
+        self.table.outputs.write(&z, &l, &rates, &u, &mut kept[from + 1..]);
+    }
+
+    /// Some rows, computed once more, since the last call.
+    pub fn take_references(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.table.references)
+    }
+
+    fn write_next_rows(&mut self, out: &mut [f64]) -> usize {
         let last = self.span.end >= self.plan.stop && self.span.end < self.span.breakpoint;
         let before = self.span.end - INSTANT * self.span.end;
         let (time, end) = (self.span.time, self.span.end);

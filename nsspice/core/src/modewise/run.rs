@@ -15,7 +15,7 @@ use super::root_bracketing::{Ending, EventSearch};
 use super::rows::Table;
 use super::run_state::{Motion, Phase, Plan, Span, State};
 use super::samples::Samples;
-use super::successor::{cause_of, roles, settle, Picker, Scene};
+use super::successor::{cause_of, roles, Picker, Scene};
 use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};
 use crate::row_clock::RowClock;
@@ -216,7 +216,9 @@ impl Engine {
                     None => self.state.a.clone(),
                 };
                 let entry = self.state.a.clone();
-                settle(&picked.mode, &self.motion.segment.now, &mut self.state.a);
+                // the state with which the run goes on
+                let (start, now) = (self.motion.path.start(), &self.motion.segment.now);
+                picked.mode.leave(start, now, &mut self.state.a);
                 self.note_jump(&picked.mode, picked.id, &origin, &entry);
             }
             if from != Some(picked.id) {
@@ -230,6 +232,7 @@ impl Engine {
             }
             for k in 0..self.picker.verifier.thrown.len() {
                 let s = self.picker.verifier.thrown[k];
+                self.note_turn_at_begin(s);
                 self.throw(s);
                 if self.control.sampling.on[s] {
                     self.control.sampling.turn(s, -self.picker.verifier.seen[s]);
@@ -264,6 +267,7 @@ impl Engine {
                 .map(|(c, v)| (c * v).abs())
                 .sum();
             if g < -1e-13 * size {
+                self.note_turn(&mode, s, true);
                 self.throw(s);
             }
         }
@@ -359,6 +363,7 @@ impl Engine {
             Ending::Crossing => {
                 for &j in &crossing {
                     if let Watch::Switch(s) = mode.guards.watch[j] {
+                        self.note_turn(&mode, s, false);
                         self.throw(s);
                         self.control.sampling.note(s);
                     }

@@ -118,6 +118,7 @@ impl Engine {
             + self.samples.records.size()
             + self.table.ends.kept.as_ref().map_or(0, Vec::len)
             + self.table.pieces.waiting()
+            + self.table.references()
     }
 
     /// True when they should be taken.

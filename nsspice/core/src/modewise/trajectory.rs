@@ -33,6 +33,29 @@ struct Own {
     factor: Complex,
 }
 
+/// The state with which a segment begins, entered from energy coordinates `a`, damaged.
+#[cfg(feature = "faults")]
+fn damage(mode: &Mode, a: &[f64], start: &mut [f64]) {
+    let Some(first) = start.first_mut() else { return };
+    fault!("state_off_1e-3" => *first *= 1.0 + 1e-3);
+    fault!("state_off_1e-5" => *first *= 1.0 + 1e-5);
+    fault!("state_off_1e-6" => *first *= 1.0 + 1e-6);
+    if mode.impulses.is_none() {
+        return;
+    }
+    let square = |list: &[f64]| list.iter().map(|v| v * v).sum::<f64>();
+    let largest = (0..start.len()).max_by(|&i, &j| start[i].abs().total_cmp(&start[j].abs()));
+    let largest = largest.unwrap_or(0);
+    if square(start) < square(a) * (1.0 - 1e-9) {
+        fault!("jump_scaled" => start.iter_mut().for_each(|v| *v *= 0.9));
+        fault!("jump_zeroes_largest" => start[largest] = 0.0);
+        fault!("jump_off_1e-4" => start[largest] *= 1.0 + 1e-4);
+        fault!("jump_reversed" => start.iter_mut().for_each(|v| *v *= -1.0));
+    } else {
+        fault!("needless_jump" => start[largest] = 0.0);
+    }
+}
+
 /// A segment's motion.
 #[derive(Default)]
 pub struct Trajectory {
@@ -101,13 +124,19 @@ impl Trajectory {
         self.start.resize(n, 0.0);
         let mut start = std::mem::take(&mut self.start);
         mode.enter(a, &mut start);
+        #[cfg(feature = "faults")]
+        damage(mode, a, &mut start);
         self.start = start;
         for pole in &mode.poles {
             let at = pole.at;
             if pole.omega == 0.0 {
-                self.real_pole(mode, at, pole.alpha, segment, horizon);
+                let rate = pole.alpha;
+                #[cfg(feature = "faults")]
+                let rate = fault!("rate_off_1e-4", rate, rate * (1.0 + 1e-4));
+                self.real_pole(mode, at, rate, segment, horizon);
             } else {
-                self.pair(mode, at, complex(pole.alpha, pole.omega), segment, horizon);
+                let omega = fault!("frequency_off_1e-5", pole.omega, pole.omega * (1.0 + 1e-5));
+                self.pair(mode, at, complex(pole.alpha, omega), segment, horizon);
             }
         }
         for (at, matrix) in &mode.blocks {
@@ -136,6 +165,8 @@ impl Trajectory {
         let slow = is_near(own, horizon);
         let mut slot = 1;
         let level = dot(drive, &seg.level);
+        #[cfg(feature = "faults")]
+        let level = fault!("response_off_1e-3", level, level * (1.0 + 1e-3));
         if level != 0.0 {
             if slow {
                 let near = Term::Near { own, apart: -own, size: lambda.abs() };

@@ -135,6 +135,7 @@ impl Verifier {
         self.resting.clear();
         self.negative.clear();
         for r in 0..mode.consistency.rows {
+            fault!("consistency_ignored" => break);
             if !vanishes(mode.consistency.row(r), mode.consistency_bound.row(r), segment) {
                 return Finding::Inconsistent;
             }
@@ -168,8 +169,22 @@ impl Verifier {
         }
         for j in 0..count {
             let (g, noise) = (self.looks.value[j], self.noise[j]);
+            fault!("switch_guards_missed" => if matches!(mode.guards.watch[j], Watch::Switch(_)) {
+                self.clear[j] = horizon;
+            });
             if g > noise || self.clear[j] > 0.0 {
                 continue;
+            }
+            #[cfg(feature = "faults")]
+            if g < -noise && matches!(mode.guards.watch[j], Watch::Pair(_)) {
+                let slack = mode.guards.slack[j];
+                let ignored = fault!("mode_unverified", false, true)
+                    || !slack && fault!("current_signs_ignored", false, true)
+                    || slack && fault!("voltage_signs_ignored", false, true);
+                if ignored {
+                    self.clear[j] = horizon;
+                    continue;
+                }
             }
             // a steep ramp that has just risen through zero, but for the rounding of that instant
             let blur = segment.resolution * self.looks.slope[j];
@@ -228,6 +243,9 @@ impl Verifier {
         for &i in &impulses.pairs {
             let row = impulses.guards.row(i);
             let value = dot(row, &self.joint);
+            fault!("impulse_signs_ignored" => break);
+            #[cfg(feature = "faults")]
+            let value = fault!("impulse_signs_reversed", value, -value);
             if value < 0.0 {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
@@ -253,6 +271,10 @@ impl Verifier {
             let kind = usize::from(mode.guards.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole * widened);
             let noise = OF_SOLUTION * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
+            #[cfg(feature = "faults")]
+            let noise = fault!("guards_ignored_1e-8", noise, noise.max(1e-8 * whole));
+            #[cfg(feature = "faults")]
+            let noise = fault!("guards_ignored_1e-4", noise, noise.max(1e-4 * whole));
             self.noise.push((noise * widened).max(f64::MIN_POSITIVE));
         }
         for (noise, &slack) in self.noise.iter_mut().zip(&mode.guards.slack) {
@@ -264,6 +286,7 @@ impl Verifier {
     fn rise(&mut self, mode: &Mode, path: &Trajectory, horizon: f64) -> Finding {
         self.open.clear();
         self.resting.extend(mode.guards.idle.iter().map(|&s| (s, 0.0)));
+        fault!("first_slope_ignored" => return Finding::Good);
         if self.zeros.is_empty() {
             return Finding::Good;
         }

@@ -2,9 +2,10 @@
 
 use super::points::{PyIntervals, PyRecords};
 use super::system::{misfit, PySystem};
-use super::{invalid, Floats, Matrix};
+use super::{invalid, Floats, Matrix, TurnSpec};
 use crate::audit::{Auditor, Balance, Between, Gates, Sources, Steps, Sums, Taken};
 use crate::structure::Coordinates;
+use crate::switch::Turn;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -155,6 +156,19 @@ impl PyAuditor {
             boundary_begin: floats("boundary_begin")?,
             boundaries: 0,
         })
+    }
+
+    /// Takes gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
+    fn take_turns(&mut self, turns: Vec<TurnSpec>) {
+        let turn = |(time, switch, gate, control, carried, located)| Turn {
+            time,
+            switch,
+            gate,
+            control,
+            carried,
+            located,
+        };
+        self.inner.take_turns(&turns.into_iter().map(turn).collect::<Vec<_>>());
     }
 
     /// Relative error of the balance of charge and flux over a jump.

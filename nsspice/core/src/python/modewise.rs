@@ -1,10 +1,11 @@
 //! The mode-wise engine as a Python class.
 
 use super::audit::{balance_dict, PyAuditor};
-use super::points::{PyIntervals, PyRecords};
+use super::points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
-use super::{event_arrays, failure_dict, fill, invalid, EventArrays, Floats};
+use super::written::{fill, Written};
+use super::{failure_dict, invalid, Floats, TurnSpec};
 use crate::modewise::Engine;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray2};
 use pyo3::intern;
@@ -17,6 +18,7 @@ pub(super) struct PyModewise {
     /// states of the switches before the start
     gates: Vec<bool>,
     sizes: Sizes,
+    written: Written,
 }
 
 #[pymethods]
@@ -32,7 +34,12 @@ impl PyModewise {
             return Err(misfit());
         }
         let inner = Engine::new(system.prepared().map_err(invalid)?, outputs);
-        Ok(PyModewise { inner, gates: system.gates.clone(), sizes: system.sizes() })
+        Ok(PyModewise {
+            inner,
+            gates: system.gates_of_engines(),
+            sizes: system.sizes(),
+            written: Written::default(),
+        })
     }
 
     /// Rows from `out_start` to `stop`; implicit steps, where needed, of at most `fixed_step`.
@@ -60,6 +67,8 @@ impl PyModewise {
             return Err(invalid("one state per pair"));
         }
         let charges = charges.as_slice()?.to_vec();
+        #[cfg(feature = "faults")]
+        let charges = super::faults::damaged(charges, crate::faults::damage::start);
         if !self.inner.fits(charges.len(), gates.len()) {
             return Err(invalid("one charge or flux per unknown and one state per switch"));
         }
@@ -75,8 +84,9 @@ impl PyModewise {
         out: PyReadwriteArray2<f64>,
         budget: f64,
     ) -> PyResult<(usize, u8)> {
-        let inner = &mut self.inner;
-        fill(py, out, inner.columns(), budget, move |slice, budget| inner.advance(slice, budget))
+        let (inner, written) = (&mut self.inner, &mut self.written);
+        let columns = inner.columns();
+        fill(py, out, columns, budget, written, move |slice, budget| inner.advance(slice, budget))
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -193,6 +203,22 @@ impl PyModewise {
 
     fn jumps<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
         self.inner.log.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
+    }
+
+    /// Number of rows handed out, and of each column the sum of its values and of their sizes, weighted.
+    fn written(&self) -> (u64, Vec<f64>, Vec<f64>) {
+        self.written.sums()
+    }
+
+    /// Some rows once more, from the unknowns, since the last call.
+    fn take_references<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(py, self.inner.take_references())
+    }
+
+    /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
+    fn turns(&self) -> Vec<TurnSpec> {
+        let turns = self.inner.log.turns.kept.iter();
+        turns.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).

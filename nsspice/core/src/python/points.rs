@@ -22,6 +22,26 @@ where
     Ok(PyArray1::from_slice(py, values).reshape(shape)?.into_any())
 }
 
+/// times [s], pairs, conducts from then on
+pub(super) type EventArrays<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
+
+/// In the order of time: an engine may tell of one event behind the next.
+pub(super) fn event_arrays<'py>(
+    py: Python<'py>,
+    events: &[(f64, usize, bool)],
+) -> EventArrays<'py> {
+    let mut events = std::borrow::Cow::Borrowed(events);
+    if !events.is_sorted_by(|a, b| a.0 <= b.0) {
+        events.to_mut().sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    (
+        PyArray1::from_iter(py, events.iter().map(|e| e.0)),
+        PyArray1::from_iter(py, events.iter().map(|e| e.1)),
+        PyArray1::from_iter(py, events.iter().map(|e| e.2)),
+    )
+}
+
 fn unknown(name: &str) -> PyErr {
     PyAttributeError::new_err(name.to_owned())
 }

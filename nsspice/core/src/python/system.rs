@@ -135,9 +135,25 @@ impl PySystem {
                 coordinates: self.coordinates.clone(),
             };
             let inputs = Inputs::new(self.waveforms.clone())?;
-            Prepared::new(sys, inputs, self.switches.clone())
+            Prepared::new(sys, inputs, self.switches_of_engines())
         });
         made.as_ref().map_err(String::clone)
+    }
+
+    /// The switches as engines see them.
+    pub fn switches_of_engines(&self) -> Arc<[Switch]> {
+        #[cfg(feature = "faults")]
+        return crate::faults::damage::switches(&self.switches);
+        #[cfg(not(feature = "faults"))]
+        self.switches.clone()
+    }
+
+    /// The states of their gates before the start.
+    pub fn gates_of_engines(&self) -> Vec<bool> {
+        #[cfg(feature = "faults")]
+        return crate::faults::damage::gates(&self.gates);
+        #[cfg(not(feature = "faults"))]
+        self.gates.clone()
     }
 
     /// Averaging terms of a theta scheme, by unknowns and by sources.
@@ -188,12 +204,20 @@ fn read((e, g, a, b, d, q, s, row_kind): &LinearSpec) -> PyResult<Linear> {
 pub(super) fn waveform((kind, values, repeat, scale, handed): &WaveformSpec) -> PyResult<Waveform> {
     match handed {
         Some(polynomial) => Ok(Waveform::Polynomial(polynomial.inner.clone())),
+        #[cfg(feature = "faults")]
+        None => {
+            let (values, scale) = crate::faults::damage::waveform(kind, values, *scale);
+            Waveform::new(kind, &values, *repeat, scale).map_err(invalid)
+        }
+        #[cfg(not(feature = "faults"))]
         None => Waveform::new(kind, values, *repeat, *scale).map_err(invalid),
     }
 }
 
 /// The same for the checks.
-fn described((kind, values, repeat, scale, handed): &WaveformSpec) -> PyResult<Described> {
+pub(super) fn described(
+    (kind, values, repeat, scale, handed): &WaveformSpec,
+) -> PyResult<Described> {
     match handed {
         Some(polynomial) => Ok(Described::polynomial(polynomial.inner.clone())),
         None => Described::new(kind, values, *repeat, *scale).map_err(invalid),

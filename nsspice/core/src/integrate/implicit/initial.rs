@@ -47,6 +47,8 @@ impl Stepper {
                 .map_err(|f| *f)?;
             }
             if !self.gates().react_in(round) {
+                #[cfg(feature = "faults")]
+                self.damage_start();
                 if self.recorder.samples.watches() {
                     self.recorder.z_recorded.copy_from_slice(&self.state.z);
                     self.recorder.record(&self.state, f64::INFINITY);
@@ -60,6 +62,15 @@ impl Stepper {
         }
         // what is stored lets go of such a start, or slides; the first row obeys the laws of the switches
         self.settle_after(self.schedule.step_length.is_finite()).or(Ok(()))
+    }
+
+    /// What is stored at the start, damaged by the chosen fault.
+    #[cfg(feature = "faults")]
+    fn damage_start(&mut self) {
+        let unknowns: Vec<usize> = self.facts.storage.unknowns().collect();
+        let mut stored: Vec<f64> = unknowns.iter().map(|&j| self.state.z[j]).collect();
+        crate::faults::damage::start(&mut stored);
+        unknowns.iter().zip(stored).for_each(|(&j, value)| self.state.z[j] = value);
     }
 
     /// Lets the ideal edges of sources at the start act on the static solution.

@@ -40,6 +40,7 @@ impl Stepper {
             }
         } else {
             evaluate(&self.waveforms, target.time, Side::Left, &mut self.state.u1);
+            fault!("source_of_begin" => self.state.u1.copy_from_slice(&self.state.u0));
             let cut = self.take_to(target)?;
             self.instants.stale = false;
             if (target.jump || cut.is_some()) && self.recorder.shows_sides() {
@@ -55,7 +56,8 @@ impl Stepper {
                 }
                 reached = Some(cut.target);
             } else if target.jump {
-                evaluate(&self.waveforms, target.time, Side::Right, &mut self.state.u0);
+                let side = fault!("source_left_limit", Side::Right, Side::Left);
+                evaluate(&self.waveforms, target.time, side, &mut self.state.u0);
                 self.gates().throw_by_sources();
                 self.impulse_or_leave()?;
             } else {
@@ -143,7 +145,16 @@ impl Stepper {
         if let Some(smooth) = &mut self.solver.smooth {
             smooth.see_sources(&self.waveforms, self.solver.scratch.smooth_time);
         }
+        #[cfg(feature = "faults")]
+        let multipliers = self.state.l.clone();
         self.solver.step(&mut self.state, length)?;
+        #[cfg(feature = "faults")]
+        if let Some(z) = self.state.z.first_mut() {
+            fault!("step_value_off_1e-5" => *z *= 1.0 + 1e-5);
+            fault!("step_value_off_1e-3" => *z *= 1.0 + 1e-3);
+            let both = self.state.l.iter_mut().zip(multipliers);
+            fault!("multipliers_averaged" => both.for_each(|(l, old)| *l = 0.5 * (*l + old)));
+        }
         if self.recorder.outputs.needs_rates() {
             for (rate, z) in self.recorder.rates.iter_mut().zip(&self.state.z) {
                 *rate = (z - *rate) / length;

@@ -143,6 +143,8 @@ impl Stage {
     pub fn new(sys: &System, length: f64, impulsive: bool, constants: &[Option<f64>]) -> Stage {
         let (n, m) = (sys.linear.g.nrows, sys.linear.a.ncols);
         let rate = 1.0 / length; // zero for static systems
+        #[cfg(feature = "faults")]
+        let rate = fault!("step_length_1e-3", rate, rate / (1.0 + 1e-3));
         let mut k: Vec<_> = sys.linear.g.iter().collect();
         let mut carry = Vec::new();
         if rate != 0.0 {
@@ -158,6 +160,14 @@ impl Stage {
             source_start.extend(sys.hs.iter());
         }
         let p = sys.linear.s.ncols;
+        #[cfg(feature = "faults")]
+        if rate != 0.0 && !impulsive {
+            fault!("carry_off_1e-4" => carry.iter_mut().for_each(|entry| entry.2 *= 1.0 + 1e-4));
+            fault!("theta_9_tenths" => {
+                carry.extend(sys.linear.g.iter().map(|(r, c, v)| (r, c, -0.1 * v)));
+                k.extend(sys.linear.g.iter().map(|(r, c, v)| (r, c, -0.1 * v)));
+            });
+        }
         let carry = Csc::from_triplets(n, n, &carry);
         let matrices = StepMatrices {
             n,

@@ -188,6 +188,11 @@ impl Stepper {
         self.switching.resting.told(&self.switching.switches)
     }
 
+    /// Where controls were when gates turned.
+    pub fn switching_turns(&self) -> &crate::switch::Turns {
+        &self.switching.turns
+    }
+
     /// State of each switch's gate.
     pub fn gate_states(&self) -> &[bool] {
         &self.switching.gates

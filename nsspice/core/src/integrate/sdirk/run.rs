@@ -113,7 +113,8 @@ impl Sdirk {
         let fixed = accuracy.relative >= 1.0;
         let longest = if fixed { longest } else { longest.min(pace) };
         if let (Some(smooth), false) = (&mut s.solver.smooth, fixed) {
-            smooth.newton.set_accuracy(STAGE_ACCURACY * accuracy.relative);
+            let accuracy = STAGE_ACCURACY * accuracy.relative;
+            smooth.newton.set_accuracy(fault!("stage_iteration", accuracy, 1e-2));
         }
         s.schedule.step_length = longest;
         s.schedule.sweeping = false;
@@ -363,6 +364,10 @@ impl Sdirk {
             let whole = self.trial.length <= remaining * (1.0 + 1e-9);
             let to_target = self.trial.length >= remaining * (1.0 - 1e-9);
             let error = if fixed { 0.0 } else { self.error(s) };
+            #[cfg(feature = "faults")]
+            let error = fault!("estimate_1000th", error, error / 1000.0);
+            #[cfg(feature = "faults")]
+            let error = fault!("estimate_30th", error, error / 30.0);
             if error > 1.0 || error.is_nan() {
                 self.counters.rejected += 1;
                 self.control.level = level + back(error, self.tableau.error_order);
@@ -510,7 +515,7 @@ impl Sdirk {
             s.recorder.rates.copy_from_slice(&self.trial.at.slope[..n]);
         }
         s.state.time = accepted.time;
-        let mut turned = self.look(s);
+        let turned = self.look(s);
         s.solver.scratch.smooth_time = s.state.time;
         s.solver.forget_functions();
         if let Some(smooth) = &mut s.solver.smooth {
@@ -546,10 +551,11 @@ impl Sdirk {
             evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
             let before = s.state.active.clone();
             s.instants.begun = None;
-            if event {
-                turned.extend(self.reach(s, accepted.theta));
-            }
             turned.iter().for_each(|&k| s.gates().throw(k));
+            if event {
+                let reached = self.reach(s, accepted.theta);
+                reached.into_iter().for_each(|k| s.gates().turn(k, true));
+            }
             self.restart(s);
             self.trouble.futile = event && before == s.state.active;
         }

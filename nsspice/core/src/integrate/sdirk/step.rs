@@ -182,6 +182,11 @@ impl Trial {
             base[..n].copy_from_slice(&self.first[..n]);
             base[n..].copy_from_slice(&self.first[n + m..]);
             add_rates(h, tableau.a[i], &self.stages.rates, base);
+            fault!("stage_coefficient" => {
+                let first = tableau.a[i].iter().position(|a| *a != 0.0).unwrap_or(i);
+                let weights: Vec<f64> = (0..i).map(|j| if j == first { 0.01 * tableau.a[i][j] } else { 0.0 }).collect();
+                add_rates(h, &weights, &self.stages.rates, base);
+            });
             // the last stage but one is a good beginning for Newton's method
             let near = done.last().unwrap_or(&self.first);
             if let Some(smooth) = &mut s.solver.smooth {
@@ -204,6 +209,13 @@ impl Trial {
                 self.crossed |= self.mode != s.state.active;
             }
             self.stages.open[i] = fit == Fit::Open;
+            #[cfg(feature = "faults")]
+            let rate = fault!("stage_rate", rate, rate * (1.0 + 1e-3));
+            #[cfg(feature = "faults")]
+            if i + 1 == tableau.stages() {
+                fault!("steps_value_off_1e-5" => x[0] *= 1.0 + 1e-5);
+                fault!("steps_value_off_1e-3" => x[0] *= 1.0 + 1e-3);
+            }
             let (rates, function_rates) = self.stages.rates[i].split_at_mut(n);
             scaled_difference(rate, &x[..n], &base[..n], rates);
             scaled_difference(rate, &x[n + m..], &base[n..], function_rates);
@@ -327,6 +339,11 @@ impl Trial {
         self.from[..n].copy_from_slice(&self.first[..n]);
         self.from[n..].copy_from_slice(&self.first[n + m..]);
         let weights: [f64; MOST] = std::array::from_fn(|j| h * value[j] - stage * slope[j]);
+        #[cfg(feature = "faults")]
+        let weights = fault!("dense_output", weights, {
+            let off = 1.0 + 1e-3 * theta * (1.0 - theta);
+            weights.map(|w| w * off)
+        });
         add_rates(1.0, &weights, &self.stages.rates, &mut self.from);
         if let Some(smooth) = &mut s.solver.smooth {
             // all unknowns lie near the polynomial through the stages
@@ -391,6 +408,7 @@ impl Trial {
     /// The rates of the next step at its begin are those of the point evaluated last.
     pub fn continue_rates(&mut self) {
         self.stages.rates[0].copy_from_slice(&self.at.slope);
+        fault!("first_rate" => self.stages.rates[0].iter_mut().for_each(|rate| *rate *= 1.05));
     }
 
     /// The next step begins with these rates.

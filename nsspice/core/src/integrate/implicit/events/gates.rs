@@ -64,7 +64,7 @@ impl Gates<'_> {
         let mut changed = false;
         for k in 0..self.switching.count() {
             if self.turns(k, &self.state.z) {
-                self.throw(k);
+                self.turn(k, false);
                 // a thyristor that opens carries no current: nothing else changes
                 changed |=
                     !self.switching.switches[k].latching || self.switching.gates[k] || self.stale;
@@ -84,7 +84,7 @@ impl Gates<'_> {
         let closed = |&&k: &&usize| self.state.active[self.switching.switches[k].pair];
         let chosen = turning.iter().find(closed).or(turning.first()).copied();
         if let Some(k) = chosen {
-            self.throw(k);
+            self.turn(k, false);
         }
         chosen.is_some()
     }
@@ -92,7 +92,15 @@ impl Gates<'_> {
     /// Updates the switches that the sources u0 decide about: they change with them, not after what
     /// the sources would do to their old states.
     pub(in crate::integrate) fn throw_by_sources(&mut self) {
-        self.turned_by_sources().into_iter().for_each(|k| self.throw(k));
+        let turned = self.turned_by_sources();
+        if turned.is_empty() {
+            return;
+        }
+        let z = self.with_controls();
+        for k in turned {
+            self.note_turn(k, &z);
+            self.throw(k);
+        }
     }
 
     /// Whether the sources u0 turn a switch.
@@ -104,10 +112,32 @@ impl Gates<'_> {
         if !self.switching.controls.any() {
             return Vec::new();
         }
-        let mut z = self.state.z.clone();
-        self.switching.controls.fill(&self.solver.sys.linear.s, &self.state.u0, &mut z);
+        let z = self.with_controls();
         let turned = |&k: &usize| self.switching.controls.decide(k) && self.turns(k, &z);
         (0..self.switching.count()).filter(turned).collect()
+    }
+
+    /// The unknowns with those controls that the sources u0 decide about.
+    fn with_controls(&self) -> Vec<f64> {
+        let mut z = self.state.z.clone();
+        self.switching.controls.fill(&self.solver.sys.linear.s, &self.state.u0, &mut z);
+        z
+    }
+
+    /// Notes where the control of a switch is that turns where the unknowns are `z`.
+    fn note_turn(&mut self, k: usize, z: &[f64]) {
+        let Switching { turns, switches, gates, .. } = &mut *self.switching;
+        let of = (&switches[k], gates[k]);
+        turns.note((self.state.time, false), k, of, [z, &self.state.l]);
+    }
+
+    /// Turns a switch whose control has reached its threshold where the unknowns are now, an instant that was
+    /// `located` or not.
+    pub(in crate::integrate) fn turn(&mut self, k: usize, located: bool) {
+        let Switching { turns, switches, gates, .. } = &mut *self.switching;
+        let of = (&switches[k], gates[k]);
+        turns.note((self.state.time, located), k, of, [&self.state.z, &self.state.l]);
+        self.throw(k);
     }
 
     /// The switches that turn where the unknowns are now.

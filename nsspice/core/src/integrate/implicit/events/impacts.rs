@@ -84,6 +84,7 @@ impl Stepper {
     /// Looks for an impact in the step just taken, which changed the mode.  If there is one, the
     /// state is that of its instant, before anything jumped; else it is as it was.
     pub(in crate::integrate) fn cut_at_impact(&mut self, target: &Target) -> Option<Cut> {
+        fault!("impacts_not_cut" => return None);
         if !self.instants.impacts.possible {
             return None;
         }

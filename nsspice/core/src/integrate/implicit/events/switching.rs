@@ -3,7 +3,7 @@
 use super::source_controlled::Controls;
 use crate::at_threshold::Resting;
 use crate::mlcp::Role;
-use crate::switch::Switch;
+use crate::switch::{Switch, Turns};
 use std::sync::Arc;
 
 /// The switches and what decides about them.
@@ -26,6 +26,8 @@ pub struct Switching {
     pub(in crate::integrate) controls: Controls,
     /// the switch that has changed last
     pub(in crate::integrate) last_thrown: Option<usize>,
+    /// where controls were when gates turned
+    pub turns: Turns,
 }
 
 impl Switching {
@@ -42,6 +44,7 @@ impl Switching {
             gates,
             controls,
             last_thrown: None,
+            turns: Turns::default(),
         }
     }
 

@@ -132,14 +132,31 @@ impl Stepper {
         charges: Option<&[f64]>,
         start: Start,
     ) -> Outcome {
+        #[cfg(feature = "faults")]
+        let origin = self.state.z.clone();
+        let told = self.recorder.jumps.len();
         self.instants.begun = None;
-        if charges.is_none() && self.goes_on() || self.reinitialise(charges) {
+        if charges.is_none() && self.goes_on() {
             return Ok(());
         }
-        let before = self.state.z.clone();
-        let part = if charges.is_none() && self.instants.impacts.active { IMPACT } else { JUMP };
-        let state_jump = self.jumps().find_state_jump(charges, part, start)?;
-        self.enter(charges, before, state_jump);
+        if !self.reinitialise(charges) {
+            let before = self.state.z.clone();
+            let impacts = charges.is_none() && self.instants.impacts.active;
+            let part = if impacts { IMPACT } else { JUMP };
+            let state_jump = self.jumps().find_state_jump(charges, part, start)?;
+            self.enter(charges, before, state_jump);
+        }
+        #[cfg(feature = "faults")]
+        if charges.is_none() {
+            let stored = self.facts.storage.unknowns();
+            crate::faults::damage::jump(&origin, &mut self.state.z, stored);
+        }
+        if self.recorder.jumps.len() > told {
+            // what is told of a jump is the state with which the run goes on
+            if let Some(jump) = self.recorder.jumps.last_mut() {
+                self.facts.storage.unknowns().for_each(|j| jump.after[j] = self.state.z[j]);
+            }
+        }
         Ok(())
     }
 

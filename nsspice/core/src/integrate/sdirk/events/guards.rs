@@ -210,7 +210,13 @@ impl Scales {
     /// All guards relative to their scales: pairs, then switches.
     fn margins<'a>(&'a self, s: &'a Stepper, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
         let (z, guards) = x.split_at(s.state.z.len());
-        let pairs = s.state.diodes.iter().map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
+        let diodes = s.state.diodes.iter();
+        #[cfg(feature = "faults")]
+        let diodes = diodes.filter(|&&i| match s.state.active[i] {
+            true => fault!("steps_currents_ignored", true, false),
+            false => fault!("steps_voltages_ignored", true, false),
+        });
+        let pairs = diodes.map(|&i| guards[i] / self.of_pair(i, s.state.active[i]));
         pairs.chain((0..s.switching.count()).map(|k| self.switch_margin(s, k, z)))
     }
 
@@ -289,6 +295,7 @@ impl Scales {
     /// positive at the samples: the place of the deepest dip of the parabolas, of those that come near.
     pub fn dip(&self, s: &Stepper, at: [f64; 3], x: [&[f64]; 3]) -> Option<f64> {
         let n = s.state.z.len();
+        fault!("steps_dips_missed" => return None);
         let mut deepest: Option<(f64, f64)> = None;
         let mut look = |g: [f64; 3]| {
             // Newton's form on the three samples

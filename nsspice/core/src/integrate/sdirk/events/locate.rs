@@ -20,6 +20,8 @@ const NARROW: f64 = 1e-14;
 
 /// NaN is a violation.
 fn violated(margin: f64) -> bool {
+    fault!("steps_guards_1e-4" => return margin < -1e-4 || margin.is_nan());
+    fault!("steps_guards_1e-6" => return margin < -1e-6 || margin.is_nan());
     margin < -VIOLATED || margin.is_nan()
 }
 
@@ -105,6 +107,10 @@ impl Locator<'_> {
     /// The end of the mode within `(0, high]`, where a guard is negative at `high`.
     pub fn end_of_mode(&mut self, high: f64) -> f64 {
         let root = self.root(high);
+        fault!("steps_event_late_1e-2" => return root + 1e-2 * (high - root));
+        fault!("steps_event_late_1e-4" => return root + 1e-4 * (high - root));
+        fault!("steps_event_at_end" => return high);
+        fault!("steps_event_early" => return 0.99 * root);
         if self.s.switching.count() < 2 {
             return root;
         }

@@ -1,0 +1,81 @@
+"""Signs of the impulses of a jump: what passes pairs, and what they hold off.
+
+Over a jump a pair obeys the law of its element in impulses: a charge passes it forward only, an
+impulse of voltage stands across it backward only, and never both.  A mode that was entered with an
+impulse of the wrong sign balances all charges and fluxes, and is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...problems.csc import Floats
+from ...problems.descriptor import DescriptorSystem
+from ...solvers.stepper import Jump
+from .energy import worse
+
+#: part of the largest values to which a solution is known
+_ROUNDING = 1e-13
+
+
+def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float) -> float:
+    """Return the largest impulse of a wrong sign in jumps in closed form.
+
+    Each is relative to the impulses that meet in its pair, but to no less than the charge (flux)
+    that all of the energy would be: what rounding makes of that is no impulse.  Limits of short
+    steps hold what ordinary values carry meanwhile, and are left out.  A switch may be open or
+    closed: of the two impulses of its pair one vanishes.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+    jumps : sequence of Jump
+    turned : float
+        What the run has moved, beside which charges and fluxes are rounded [J].
+    """
+    exact = [jump for jump in jumps if jump.length == 0.0]
+    kinds = np.asarray(system.row_kind)
+    # pairs whose multipliers are currents: charges pass them
+    charged = system.A.abs().dot(np.ones(system.m))[kinds == 1]
+    if not exact or not system.m or charged.any():
+        return 0.0
+    own = np.zeros(system.n)
+    diagonal = system.E.indices == system.E.columns
+    own[system.E.indices[diagonal]] = system.E.data[diagonal]
+    largest = [float(np.max(own[kinds == kind], initial=0.0)) for kind in (0, 1)]
+    switched = np.zeros(system.m, dtype=bool)
+    switched[list(system.switched)] = True
+    conducting, series = system.B.abs(), system.D.abs()
+    rounding = [_ROUNDING * math.sqrt(2.0 * turned * store) for store in largest]
+    worst = 0.0
+    for jump in exact:
+        charges, impulses = jump.multipliers, jump.unknowns
+        held_off = system.D.dot(charges) - system.B.dot(impulses)
+        sizes = conducting.dot(np.abs(impulses)) + series.dot(np.abs(charges))
+        energy = max(system.stored_energy(jump.before), system.stored_energy(jump.after), 0.0)
+        # the charge and the flux that all the energy would be in the largest store
+        charge, flux = (math.sqrt(2.0 * energy * store) for store in largest)
+        charges, held_off = _beyond(charges, rounding[0]), _beyond(held_off, rounding[1])
+        passed = _share(charges, max(float(np.max(np.abs(charges), initial=0.0)), charge))
+        held = _share(held_off, np.maximum(sizes, flux)) if flux > 0.0 else np.zeros(system.m)
+        both = np.minimum(np.abs(passed), np.abs(held))
+        wrong = np.where(switched, both, np.maximum(np.maximum(-passed, -held), both))
+        found = float(np.max(wrong, initial=0.0))
+        worst = found if worse(found, worst) else worst
+    return worst
+
+
+def _beyond(values: Floats, rounding: float) -> Floats:
+    """Return what is left of numbers beside rounding."""
+    out: Floats = np.where(np.abs(values) <= rounding, 0.0, values)
+    return out
+
+
+def _share(values: Floats, scale: Floats | float) -> Floats:
+    """Return parts of a scale, 0 where it vanishes."""
+    size = np.broadcast_to(np.asarray(scale, dtype=float), values.shape)
+    out: Floats = np.divide(values, size, out=np.zeros_like(values), where=size > 0.0)
+    return out

@@ -1,0 +1,90 @@
+//! Rows are handed out, and summed up: what reaches a table or a file must have the same sums.
+
+use super::invalid;
+use crate::integrate::Progress;
+use numpy::PyReadwriteArray2;
+use pyo3::prelude::*;
+use std::time::Duration;
+
+/// Rows have one of so many weights, so that rows in another order have another sum.
+const WEIGHTS: u64 = 8;
+
+/// What has been handed out.
+#[derive(Default)]
+pub(super) struct Written {
+    count: u64,
+    signed: Vec<f64>,
+    sizes: Vec<f64>,
+}
+
+impl Written {
+    /// Takes the next rows.
+    pub fn add(&mut self, table: &[f64], columns: usize) {
+        self.signed.resize(columns, 0.0);
+        self.sizes.resize(columns, 0.0);
+        for row in table.chunks_exact(columns) {
+            let weight = 1.0 + (self.count % WEIGHTS) as f64 / WEIGHTS as f64;
+            self.count += 1;
+            let sums = self.signed.iter_mut().zip(&mut self.sizes);
+            for ((signed, size), value) in sums.zip(row) {
+                *signed += weight * value;
+                *size += weight * value.abs();
+            }
+        }
+    }
+
+    /// Number of rows, and sums of their values and of the sizes of these.
+    pub fn sums(&self) -> (u64, Vec<f64>, Vec<f64>) {
+        (self.count, self.signed.clone(), self.sizes.clone())
+    }
+}
+
+/// Lets `advance` fill rows of `out` without the interpreter's lock; returns the number of rows and
+/// 0 more, 1 done, 2 failed.
+pub(super) fn fill(
+    py: Python<'_>,
+    mut out: PyReadwriteArray2<f64>,
+    columns: usize,
+    budget: f64,
+    written: &mut Written,
+    advance: impl FnOnce(&mut [f64], Duration) -> (usize, Progress) + Send,
+) -> PyResult<(usize, u8)> {
+    let mut view = out.as_array_mut();
+    if view.ncols() != columns {
+        return Err(invalid("the array needs one column for the time and one per output"));
+    }
+    let slice = view.as_slice_mut().ok_or_else(|| invalid("the array must be contiguous"))?;
+    let budget = Duration::from_secs_f64(budget.clamp(1e-3, 60.0));
+    let (rows, progress) = py.detach(move || {
+        let (rows, progress) = advance(slice, budget);
+        #[cfg(feature = "faults")]
+        crate::faults::damage::written(&mut slice[..rows * columns], columns);
+        written.add(&slice[..rows * columns], columns);
+        #[cfg(feature = "faults")]
+        crate::faults::damage::handed(&mut slice[..rows * columns], columns);
+        (rows, progress)
+    });
+    let state = match progress {
+        Progress::More => 0,
+        Progress::Done => 1,
+        Progress::Failed => 2,
+    };
+    Ok((rows, state))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_in_another_order_have_another_sum() {
+        let sums = |table: &[f64]| {
+            let mut written = Written::default();
+            written.add(table, 2);
+            written.sums()
+        };
+        let (count, signed, sizes) = sums(&[0.0, 8.0, 1.0, -16.0]);
+        assert_eq!((count, signed, sizes), (2, vec![1.125, -10.0], vec![1.125, 26.0]));
+        assert_ne!(sums(&[0.0, -16.0, 1.0, 8.0]).1, sums(&[0.0, 8.0, 1.0, -16.0]).1);
+    }
+}
