@@ -367,7 +367,7 @@ def _judged(
 ) -> tuple[list[Violation], list[Violation]]:
     """Return what the rows have shown: worst errors of laws, and of set-valued elements.
 
-    Where a runner has taken over from one that had ``begun``, nobody has told of all rows.
+    Where a runner has taken over from one that had ``begun``, not all rows are known.
     """
     table, recorder = outlet.judge, outlet.recorder
     sampled = [name for runner in runners for name in runner.sampled]
@@ -383,7 +383,7 @@ def _judged(
 
 
 def _copies(runners: Sequence[IslandRunner], recorder: Recorder) -> list[CopiedRows]:
-    """Return what compares the rows of each island with what its stepper tells of them."""
+    """Return what compares the rows of each island with what its stepper reports of them."""
     out, first = [], 1
     for runner, names in zip(runners, recorder.local, strict=True):
         out.append(CopiedRows(runner.stepper, first, [name[0] == "i" for name in names]))
