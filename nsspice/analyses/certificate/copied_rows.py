@@ -14,7 +14,7 @@ _WEIGHTS = 8
 
 
 class CopiedRows:
-    """Compares the rows of one island with what its stepper tells of them.
+    """Compares the rows of one island with what its stepper shows of them.
 
     The core adds up each column as rows leave the engine; the table must have the same sums.  The
     exact engine computes some rows once more from its unknowns, not by the maps of its modes.

@@ -16,7 +16,7 @@ _ROUNDING = 1e-13
 
 @dataclass(frozen=True, slots=True)
 class FirstState:
-    """How far the first state is from where a run begins, where no jump was told.
+    """How far the first state is from where a run begins, where no jump was reported.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class FirstState:
         return cls(float(np.max(worth * np.abs(reached - given), initial=0.0)), float(largest))
 
     def error(self, turned: float) -> float:
-        """Return the relative error; beside what a run has ``turned`` over [J] all may be rounding.
+        """Return the relative error; next to what a run has ``turned`` over [J] all may be rounding.
 
         Examples
         --------

@@ -1,7 +1,7 @@
 """Signs of the impulses of a jump: what passes pairs, and what they hold off.
 
 Over a jump a pair obeys the law of its element in impulses: a charge passes it forward only, an
-impulse of voltage stands across it backward only, and never both.  A mode that was entered with an
+impulse of voltage is across it backward only, and never both.  A mode that was entered with an
 impulse of the wrong sign balances all charges and fluxes, and is wrong.
 """
 
@@ -34,7 +34,7 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
     system : DescriptorSystem
     jumps : sequence of Jump
     turned : float
-        What the run has moved, beside which charges and fluxes are rounded [J].
+        What the run has moved, next to which charges and fluxes are rounded [J].
     """
     exact = [jump for jump in jumps if jump.length == 0.0]
     kinds = np.asarray(system.row_kind)
@@ -69,7 +69,7 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
 
 
 def _beyond(values: Floats, rounding: float) -> Floats:
-    """Return what is left of numbers beside rounding."""
+    """Return what is left of numbers next to rounding."""
     out: Floats = np.where(np.abs(values) <= rounding, 0.0, values)
     return out
 

@@ -133,7 +133,7 @@ class Examiner:
         sums : mapping, optional
             Energies of all steps, from the stepper that was accompanied.
         turns : sequence of tuple
-            Gates that have turned, as the stepper tells them.
+            Gates that have turned, as the stepper shows them.
         """
         audit = self.auditor
         if turns:

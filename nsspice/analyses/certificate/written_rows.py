@@ -2,7 +2,7 @@
 
 What engines leave for the certificate are their own points.  Here the table itself is judged at
 every row, by laws that are made from the deck alone: Kirchhoff's current law where all currents are
-known, sources and controlled sources, set-valued diodes, switches beside their controls,
+known, sources and controlled sources, set-valued diodes, switches next to their controls,
 thyristors.  Elements whose voltages or currents are not among the columns are left out.
 """
 

@@ -31,7 +31,7 @@ class Outlet:
         self.recorder, self.store, self.sink, self.keep = recorder, store, sink, keep
         #: takes notice of rows that are not kept
         self.watch: Callable[[Floats], None] | None = None
-        #: compare recorded columns with what steppers tell of them
+        #: compare recorded columns with what steppers show of them
         self.copies: list[CopiedRows] = []
         #: judges rows as they are written
         self.judge: WrittenRows | None = None

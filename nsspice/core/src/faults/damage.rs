@@ -71,7 +71,7 @@ fn largest(list: &[f64]) -> [Option<usize>; 2] {
     [order.first().copied(), order.get(1).copied()]
 }
 
-/// Charges and fluxes, or the unknowns that tell them, with which a run begins.
+/// Charges and fluxes, or the unknowns that show them, with which a run begins.
 pub fn start(stored: &mut [f64]) {
     fault!("start_scaled_1e-3" => stored.iter_mut().for_each(|q| *q *= 1.0 + 1e-3));
     fault!("start_scaled_1e-5" => stored.iter_mut().for_each(|q| *q *= 1.0 + 1e-5));

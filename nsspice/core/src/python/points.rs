@@ -26,7 +26,7 @@ where
 pub(super) type EventArrays<'py> =
     (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<usize>>, Bound<'py, PyArray1<bool>>);
 
-/// In the order of time: an engine may tell of one event behind the next.
+/// In the order of time: an engine may show of one event behind the next.
 pub(super) fn event_arrays<'py>(
     py: Python<'py>,
     events: &[(f64, usize, bool)],

@@ -1,8 +1,8 @@
 //! The rows of a table, as they are written, against the laws of the elements of the deck.
 //!
 //! Nothing of an engine takes part, neither its unknowns nor its modes: a law is a sum of columns that vanishes, a
-//! polygon on which the voltage and the current of a set-valued element lie, the state of a switch beside its control,
-//! or a source beside its waveform.  What columns are known to is measured by the largest values of the whole run,
+//! polygon on which the voltage and the current of a set-valued element lie, the state of a switch next to its control,
+//! or a source next to its waveform.  What columns are known to is measured by the largest values of the whole run,
 //! since a row may be small by chance.
 
 mod source;

@@ -1,4 +1,4 @@
-//! Independent sources beside their waveforms.
+//! Independent sources next to their waveforms.
 
 use super::{value, Size, Terms, Unit, Worst};
 use crate::audit::{ratio, worse, Described};

@@ -57,7 +57,7 @@ fn a_diode_conducts_forward_and_blocks_backward() {
     {
         assert!(errors(&[ON, wrong, OFF], diode)[1] > 0.1);
     }
-    // 9 uA backward beside half an ampere; a row that is small is judged by the largest
+    // 9 uA backward next to half an ampere; a row that is small is judged by the largest
     assert!(errors(&[ON, [2.0, -5.0, 0.0, 9e-6, -9e-6]], diode)[1] > 1e-5);
     assert_eq!(errors(&[[0.0, 5.0, 1e-14, 0.0, 1e-15], ON, OFF], diode)[1], 0.0);
 }

@@ -152,7 +152,7 @@ impl Stepper {
             crate::faults::damage::jump(&origin, &mut self.state.z, stored);
         }
         if self.recorder.jumps.len() > told {
-            // what is told of a jump is the state with which the run goes on
+            // what is reported of a jump is the state with which the run goes on
             if let Some(jump) = self.recorder.jumps.last_mut() {
                 self.facts.storage.unknowns().for_each(|j| jump.after[j] = self.state.z[j]);
             }
