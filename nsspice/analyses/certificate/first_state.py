@@ -41,7 +41,7 @@ class FirstState:
         return cls(float(np.max(worth * np.abs(reached - given), initial=0.0)), float(largest))
 
     def error(self, turned: float) -> float:
-        """Return the relative error; next to what a run has ``turned`` over [J] all may be rounding.
+        """Return the relative error: next to what a run has ``turned`` over [J] it may be rounding.
 
         Examples
         --------
