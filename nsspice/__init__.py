@@ -30,6 +30,7 @@ __all__ = [
     "CertificateError",
     "CertificateWarning",
     "Circuit",
+    "Controller",
     "InfeasibleError",
     "NetlistError",
     "NsspiceError",
@@ -53,12 +54,15 @@ __all__ = [
     "read",
     "run",
     "sens",
+    "start",
     "sweep",
     "tran",
 ]
 
 if TYPE_CHECKING:
     from .analyses import Solution, ac, dc, loop, op, pss, read, run, sens, tran
+    from .analyses.request.controller import Controller
+    from .analyses.transient.stepwise import start
     from .circuit import Circuit
     from .compare.cost import cost
     from .compare.expect import check
@@ -92,6 +96,7 @@ _HOME = {
     "TopologyError": ".errors",
     "UsageError": ".errors",
     "Circuit": ".circuit",
+    "Controller": ".analyses.request.controller",
     "Solution": ".analyses",
     "ac": ".analyses",
     "check": ".compare.expect",
@@ -105,6 +110,7 @@ _HOME = {
     "read": ".analyses",
     "run": ".analyses",
     "sens": ".analyses",
+    "start": ".analyses.transient.stepwise",
     "sweep": ".sweeps",
     "tran": ".analyses",
 }

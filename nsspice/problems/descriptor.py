@@ -50,7 +50,8 @@ class Waveform:
     Parameters
     ----------
     kind : str
-        ``dc sin pulse pwl exp sffm am``, or ``polynomial`` for what another block hands on.
+        ``dc sin pulse pwl exp sffm am``, ``polynomial`` for what another block hands on, ``held``
+        for what a controller sets.
     values : tuple of float
         Complete parameters, no defaults left open, in this order: dc ``(value)``; sin ``(offset,
         amplitude, frequency, delay, damping, phase_deg)``; pulse ``(v1, v2, delay, rise, fall,
@@ -64,7 +65,7 @@ class Waveform:
     scale : float
         Factor applied to the value.
     handed : Handed or None
-        Of the kind ``polynomial``: a piecewise polynomial that grows during the run.
+        Of the kinds ``polynomial`` and ``held``: a piecewise polynomial that grows during the run.
 
     Times are in s, frequencies in Hz, damping in 1/s, values in V or A.
 

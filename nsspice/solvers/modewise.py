@@ -38,7 +38,7 @@ from .stepper import Jump, Stepper, UnsolvedStep, restless
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
 #: waveforms that solve a linear equation with constant coefficients, piece by piece
-_LINEAR = frozenset({"dc", "pulse", "pwl", "sin", "exp"})
+_LINEAR = frozenset({"dc", "pulse", "pwl", "sin", "exp", "held"})
 
 
 class NotModewise(Exception):
@@ -59,7 +59,7 @@ def refusal(system: DescriptorSystem) -> str | None:
     if system.smooth is not None:
         return "smooth nonlinear elements have no closed form"
     for waveform in system.waveforms:
-        if waveform.handed is not None:
+        if waveform.kind == "polynomial":
             return "it is driven by another block"
         if waveform.kind not in _LINEAR:
             return f"an {waveform.kind} source is not the solution of a linear equation"

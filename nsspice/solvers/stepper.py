@@ -148,6 +148,8 @@ class Stepper(ABC):
         self._buffer = np.empty((0, columns))
         #: unknowns and multipliers of the DC solution with which the run begins, if it does
         self.dc_point: tuple[Floats, Floats] | None = None
+        #: the last call has ended at an instant beyond which a source is not known, or the run
+        self.waits = self.done = False
         #: rows computed before the last failure
         self.pending = self._buffer
 
@@ -250,6 +252,7 @@ class Stepper(ABC):
             count, state = self._core.advance(rows[filled:], budget)
             filled += count
             if state != 2:
+                self.waits, self.done = state == 3, state == 1
                 return rows[:filled], state == 1
             self.pending = rows[:filled]
             failure = self._core.failure()
@@ -259,6 +262,11 @@ class Stepper(ABC):
                 raise problem
             # a very large but genuine solution: the certificate found no contradiction
             self._core.accept_large()
+
+    def sampled(self) -> Floats | None:
+        """Return the outputs where the run waits, left limits, (outputs,); None if not known."""
+        row = self._core.sample()
+        return None if row is None else row[1:]
 
     def show_all_points(self, start: float) -> None:
         """Add rows at all points of the engine from ``start`` [s] on, two where something jumps.

@@ -1,4 +1,4 @@
-"""States from which a run begins where neither the DC solution nor initial values are meant."""
+"""States from which a run begins other than the DC solution, and sources put in for a run."""
 
 from __future__ import annotations
 
@@ -6,8 +6,12 @@ import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from ...circuit import MnaSystem
+from ...problems.csc import Csc
 from ...problems.descriptor import Waveform
+from ...solvers.polynomial import Polynomial
 from ..signals.curve import Floats
 
 
@@ -47,4 +51,16 @@ def with_gates(mna: MnaSystem, gates: Sequence[bool]) -> MnaSystem:
         return mna
     other = copy.copy(mna)
     other.system = replace(mna.system, switches=switches)
+    return other
+
+
+def with_clock(mna: MnaSystem, clock: Polynomial) -> MnaSystem:
+    """Return an island that goes no further than a clock is known: a source of no equation."""
+    system = mna.system
+    other = copy.copy(mna)
+    S = system.S
+    (rows, columns), ends = S.shape, np.append(S.indptr, S.indptr[-1])
+    wider = Csc((rows, columns + 1), ends, S.indices, S.data)
+    waveforms = (*system.waveforms, Waveform("held", (), handed=clock))
+    other.system = replace(system, S=wider, waveforms=waveforms)
     return other

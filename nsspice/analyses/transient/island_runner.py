@@ -15,6 +15,7 @@ from ...problems.descriptor import Functional, Waveform
 from ...solvers.implicit import ImplicitStepper
 from ...solvers.modewise import ModewiseStepper, NotModewise
 from ...solvers.moreau import MoreauStepper
+from ...solvers.polynomial import Polynomial
 from ...solvers.sdirk import Accuracy, SdirkStepper
 from ...solvers.stepper import UnsolvedStep
 from ..certificate.certificate import TAKEN_BESIDE_EXACT, Certificate
@@ -31,7 +32,7 @@ from ..request.measured_signals import Watched
 from ..request.method import POINTS, Choice, choose, choose_static, unless_modewise
 from ..request.path_following import PATH_METHODS, Following
 from ..request.periodic_sources import continued
-from ..request.restart_state import Beginning, with_gates, with_waveforms
+from ..request.restart_state import Beginning, with_clock, with_gates, with_waveforms
 from ..request.settings import Settings
 from ..results.jumps import JumpReport
 from ..signals.curve import Floats
@@ -77,6 +78,7 @@ class IslandRunner:
         beginning: Beginning | None = None,
         periodic_sources: bool = False,
         links: Sequence[Link] = (),
+        clock: Polynomial | None = None,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self._conditions = temperature, values
@@ -87,6 +89,9 @@ class IslandRunner:
         if periodic_sources:
             sources = [continued(w) for w in self.mna.system.waveforms]
             self.mna = with_waveforms(self.mna, sources)
+        self._clock = clock
+        if clock is not None:
+            self.mna = with_clock(self.mna, clock)
         self.beginning = beginning
         if beginning is not None:
             self.mna = with_gates(self.mna, beginning.gates)
@@ -154,10 +159,10 @@ class IslandRunner:
                     raise _refused(self.number, reason) from reason
                 other = Choice(POINTS, f"not modewise: {reason}")
                 self.method, self.note = other if static else unless_modewise(reason, settings)
-        if static and self.method != "sdirk" and not self.all_points:
+        if static and self.method != "sdirk" and not self.all_points and self._clock is None:
             return MoreauStepper(system, functionals)
         if static or self.method == "sdirk":
-            # steps that follow a static solution have points of their own
+            # steps that follow a static solution have points of their own, also between the rows
             self.method = "sdirk"
             self.step = self._longest_step(static)
             return SdirkStepper(system, functionals, self._accuracy)
@@ -429,6 +434,17 @@ class IslandRunner:
     def events(self) -> Events:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
+
+    def sampled(self) -> Floats:
+        """Return the recorded quantities where the run waits, just before that instant."""
+        found = self.stepper.sampled()
+        if found is not None:
+            return found
+        z, lam = self.stepper.state  # between implicit steps of the exact engine
+        functionals = [self.mna.functional(name) for name in self._names]
+        return np.array(
+            [sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam) for f in functionals]
+        )
 
     def take_over(self, other: IslandRunner, row: Floats) -> None:
         """Go on in place of another runner of the same island, whose rows have been shown.

@@ -20,6 +20,7 @@ from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
 from ..certificate.written_rows import Violation, WrittenRows
 from ..request.cards import Tran
+from ..request.controller import Controller, checked_controllers
 from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
 from ..request.measured_signals import Watched
@@ -38,6 +39,7 @@ from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
+from .controlled import Schedule, advance_controlled, started
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
 
@@ -63,6 +65,7 @@ def tran(
     keep: bool = True,
     all_points: bool = False,
     everything: bool = False,
+    controllers: Sequence[Controller] = (),
     on_failure: str = "raise",
 ) -> Solution:
     """Simulate a circuit in time.
@@ -113,6 +116,8 @@ def tran(
     everything : bool
         Also simulate parts on which none of the signals depends; otherwise ``skipped`` of the
         solution and its certificate name them.
+    controllers : sequence of Controller
+        Functions that are called at sampling instants and set sources.
     on_failure : str
         What to do if the certificate fails: ``raise`` a CertificateError, ``warn`` (a
         CertificateWarning, also among the ``warnings`` of the solution), or ``ignore``.
@@ -173,7 +178,8 @@ def tran(
         sink=sink,
     )
     settings, watched = request.settings(circuit.deck), Watched.of(circuit, analysis)
-    solution = run_tran(circuit, analysis, settings, request, watched=watched)
+    told = checked_controllers(circuit, controllers)
+    solution = run_tran(circuit, analysis, settings, request, watched=watched, controllers=told)
     judge([solution], on_failure)
     return solution
 
@@ -203,6 +209,7 @@ def run_tran(
     watched: Watched | None = None,
     beginnings: Sequence[Beginning | None] | None = None,
     periodic_sources: bool = False,
+    controllers: tuple[Controller, ...] = (),
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
@@ -212,6 +219,9 @@ def run_tran(
     """
     begin = clock.perf_counter()
     analysis = analysis.bounded(settings.max_step)
+    schedule = Schedule.of(circuit, controllers, analysis.stop) if controllers else None
+    if schedule is not None:
+        request = schedule.wanted(request)
     columns, names = request.names(circuit)
     keep, all_points, sink = request.keep, request.all_points, request.sink
     whole, skipped = circuit, Skipped()
@@ -238,7 +248,7 @@ def run_tran(
                 analysis,
                 settings,
                 request.temperature,
-                request.values,
+                request.values if schedule is None else schedule.values(request),
                 sides=(keep or watched is not None) and not all_points,
                 watched=local,
                 all_points=all_points,
@@ -246,11 +256,13 @@ def run_tran(
                 periodic_sources=periodic_sources,
                 aliases=shown,
                 links=parts.links,
+                clock=None if schedule is None else schedule.sources.clock,
             )
 
         count = len(parts.circuit.islands)
         # what blocks hand on is in closed forms; orbits are continued as they were found
         free = settings.method == "auto" and not settings.stepped and not parts.links
+        free = free and schedule is None
         steps = replace(settings, method="sdirk")
         races = [
             Race(partial(runner, k, steps)) if free and beginnings is None else None
@@ -260,7 +272,7 @@ def run_tran(
 
     judged = circuit
     parts = Blocks(circuit)
-    if beginnings is None and not periodic_sources:
+    if beginnings is None and not periodic_sources and schedule is None:
         parts = split(circuit, settings, analysis, request)
     recorder, runners, races = prepare(parts)
     if not all(runner.drives for runner in runners):
@@ -293,10 +305,19 @@ def run_tran(
     interrupted = False
     with Interrupts() as interrupts:
         try:
-            for runner in runners:
-                runner.start()
-                interrupts.check()
-            if all_points:
+            if schedule is not None:
+                runners = started(schedule, lambda: prepare(parts)[1])
+                between = [r.between for r in runners if r.between is not None]
+                points = OutputPoints(columns, between)
+            else:
+                for runner in runners:
+                    runner.start()
+                    interrupts.check()
+            if schedule is not None:
+                interrupted = advance_controlled(
+                    runners, schedule, outlet, analysis, request.progress, interrupts
+                )
+            elif all_points:
                 from .all_points import advance_points
 
                 interrupted = advance_points(
@@ -350,7 +371,8 @@ def run_tran(
         except NumericalError:
             if not keep:  # nothing else is wanted
                 raise
-    if failure is None and not interrupted:
+    if failure is None and not interrupted and schedule is None:
+        # controllers have states of their own: their functions are not called again
         same = replace(request, extra=(), everything=False, progress=None, sink=None)
         solution.again = Rerun(whole.deck, analysis, settings, same, beginnings, periodic_sources)
         solution.more = solution.again if keep else None

@@ -342,6 +342,16 @@ impl PyStepper {
         Ok(self.inner.plan(Plan::Points { times, next: 0 }, f64::INFINITY))
     }
 
+    /// The outputs where the run waits for a source, after the time.
+    fn sample<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let mut row = vec![0.0; self.inner.recorder.columns()];
+        match &mut self.sdirk {
+            Some(sdirk) => sdirk.at_wait(&mut self.inner, &mut row),
+            None => self.inner.at_wait(&mut row),
+        }
+        PyArray1::from_vec(py, row)
+    }
+
     /// Fills rows of `out`; returns (rows, state) with state 0 more, 1 done, 2 failed.
     fn advance(
         &mut self,

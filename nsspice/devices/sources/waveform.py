@@ -9,11 +9,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from ...netlist.elements.waveforms import ARGUMENTS, form
 from ...netlist.findings import Findings
-from ...problems.descriptor import Waveform
+from ...problems.descriptor import Handed, Waveform
 from ..stamper import Conditions
 
 if TYPE_CHECKING:
@@ -224,6 +224,9 @@ def source_waveform(source: Source, conditions: Conditions, owner: str) -> Wavef
     (5.0,)
     """
     swept = conditions.values.get(owner)
+    held: object = swept
+    if held is not None and not isinstance(held, int | float):
+        return _held(cast("Handed", held), conditions)
     if swept is not None:
         return Waveform("dc", (swept,))
     if not source.kind:
@@ -233,6 +236,13 @@ def source_waveform(source: Source, conditions: Conditions, owner: str) -> Wavef
     if source.dc is not None:
         return Waveform("dc", (source.dc,))
     return Waveform("dc", (initial_value(transient(source, conditions)),))
+
+
+def _held(value: Handed, conditions: Conditions) -> Waveform:
+    """Return a source that a controller sets during the run."""
+    if conditions.analysis == "dc":
+        return Waveform("dc", (value.value(0.0, -1),))
+    return Waveform("held", (), handed=value)
 
 
 def initial_value(waveform: Waveform) -> float:

@@ -153,6 +153,7 @@ impl Inputs {
                 Waveform::Smooth(Smooth::Am { .. }) => {
                     return Err("an AM source is not split into its lines".into());
                 }
+                Waveform::Polynomial(p) if p.is_held() => (0.0, vec![(find(Kind::Line(k)), 1.0)]),
                 Waveform::Polynomial(_) => {
                     return Err(
                         "what another block computes is no solution of a linear equation".into()
@@ -232,16 +233,18 @@ impl Inputs {
             let at = 1 + i;
             match *kind {
                 Kind::Line(k) => {
-                    if let Waveform::Piecewise(p) = &self.waveforms[k] {
-                        let (value, slope) = p.line(t);
-                        #[cfg(feature = "faults")]
-                        let slope = fault!("ramp_held", slope, 0.0);
-                        out.level[at] = value;
-                        out.slope[at] = slope;
-                        out.now[at] = value;
-                        out.rate[at] = slope;
-                        out.sloped |= slope != 0.0;
-                    }
+                    let (value, slope) = match &self.waveforms[k] {
+                        Waveform::Piecewise(p) => p.line(t),
+                        Waveform::Polynomial(p) => p.line(t),
+                        _ => continue,
+                    };
+                    #[cfg(feature = "faults")]
+                    let slope = fault!("ramp_held", slope, 0.0);
+                    out.level[at] = value;
+                    out.slope[at] = slope;
+                    out.now[at] = value;
+                    out.rate[at] = slope;
+                    out.sloped |= slope != 0.0;
                 }
                 Kind::Tone { frequency, damping, delay } => {
                     if t < delay {
@@ -275,6 +278,11 @@ impl Inputs {
                 }
             }
         }
+    }
+
+    /// Up to where all waveforms are known [s].
+    pub fn known(&self) -> f64 {
+        self.waveforms.iter().map(Waveform::known).fold(f64::INFINITY, f64::min)
     }
 
     /// The earliest breakpoint after `t`; breakpoints within rounding of each other are one.

@@ -50,6 +50,19 @@ impl Engine {
         self.table.ends.kept.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
+    /// The outputs where the run waits, at the end of a segment; None while it goes by implicit steps.
+    pub fn at_wait(&mut self) -> Option<Vec<f64>> {
+        if !matches!(self.span.phase, Phase::Moving) {
+            return None;
+        }
+        self.motion.path.state(&self.motion.point, &mut self.state.x);
+        self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
+        let mut row = vec![0.0; self.columns()];
+        row[0] = self.span.end;
+        self.sample(true, &mut row);
+        Some(row)
+    }
+
     /// Evaluates the outputs at the end of the segment (`left`), whose state and inputs are known, or
     /// at its start.
     fn sample(&mut self, left: bool, row: &mut [f64]) {

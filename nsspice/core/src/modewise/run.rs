@@ -410,7 +410,13 @@ impl Engine {
                     if written > 0 {
                         continue;
                     }
+                    if self.prepared.inputs.known() <= self.span.end {
+                        return (rows, Progress::Waiting);
+                    }
                     self.finish()
+                }
+                Phase::Stepping(_) if self.prepared.inputs.known() <= self.span.time => {
+                    return (rows, Progress::Waiting);
                 }
                 Phase::Stepping(h) => match self.implicit_step(h, target, row) {
                     Ok(Stepped::Row) => {

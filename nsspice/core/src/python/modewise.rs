@@ -89,6 +89,12 @@ impl PyModewise {
         fill(py, out, columns, budget, written, move |slice, budget| inner.advance(slice, budget))
     }
 
+    /// The outputs where the run waits for a source, left limits, after the time; None while it goes by
+    /// implicit steps.
+    fn sample<'py>(&mut self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.inner.at_wait().map(|row| PyArray1::from_vec(py, row))
+    }
+
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.inner.log.failure.as_ref().map(|f| failure_dict(py, f)).transpose()
     }

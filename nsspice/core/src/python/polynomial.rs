@@ -1,5 +1,6 @@
 //! What one block of a circuit hands to another, as a Python class.
 
+use super::invalid;
 use crate::waveform::{Polynomial, Side};
 use pyo3::prelude::*;
 
@@ -14,6 +15,22 @@ impl PyPolynomial {
     #[new]
     fn new() -> Self {
         Self::default()
+    }
+
+    /// A value that is set at some instants, and held in between; a `steady` one is never changed.
+    #[staticmethod]
+    #[pyo3(signature = (value, steady=false))]
+    fn held(value: f64, steady: bool) -> Self {
+        Self { inner: Polynomial::held(value, steady) }
+    }
+
+    /// Holds a value from where it is known so far to an instant [s].
+    fn hold(&self, value: f64, to: f64) -> PyResult<()> {
+        if !(self.inner.is_held() && value.is_finite() && to > self.inner.end()) {
+            return Err(invalid("a finite value is held to a later instant"));
+        }
+        self.inner.hold(value, to);
+        Ok(())
     }
 
     /// Says what the value is before the first piece.

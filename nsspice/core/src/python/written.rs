@@ -40,7 +40,7 @@ impl Written {
 }
 
 /// Lets `advance` fill rows of `out` without the interpreter's lock; returns the number of rows and
-/// 0 more, 1 done, 2 failed.
+/// 0 more, 1 done, 2 failed, 3 waiting for a source.
 pub(super) fn fill(
     py: Python<'_>,
     mut out: PyReadwriteArray2<f64>,
@@ -68,6 +68,7 @@ pub(super) fn fill(
         Progress::More => 0,
         Progress::Done => 1,
         Progress::Failed => 2,
+        Progress::Waiting => 3,
     };
     Ok((rows, state))
 }

@@ -155,6 +155,11 @@ impl Waveform {
         }
     }
 
+    /// Whether somebody may set another value at an instant.
+    pub fn is_set_at(&self, t: f64) -> bool {
+        matches!(self, Waveform::Polynomial(p) if p.is_set_at(t))
+    }
+
     /// Up to where it is known [s].
     pub fn known(&self) -> f64 {
         match self {

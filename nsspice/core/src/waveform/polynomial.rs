@@ -14,6 +14,10 @@ pub struct Polynomial(Arc<RwLock<Pieces>>);
 
 #[derive(Debug, Default)]
 struct Pieces {
+    /// constant between the instants at which somebody sets it
+    held: bool,
+    /// it will be set to another value, for all that is known
+    restless: bool,
     /// the value before the first piece
     before: f64,
     list: Vec<Piece>,
@@ -85,6 +89,47 @@ impl Polynomial {
     /// Says what the value is before the first piece.
     pub fn begin_with(&self, value: f64) {
         self.0.write().unwrap_or_else(PoisonError::into_inner).before = value;
+    }
+
+    /// A value that is set at some instants, and held in between; a `steady` one is never changed.
+    pub fn held(value: f64, steady: bool) -> Polynomial {
+        let pieces = Pieces { held: true, restless: !steady, before: value, ..Pieces::default() };
+        Polynomial(Arc::new(RwLock::new(pieces)))
+    }
+
+    /// Whether it is constant between instants.
+    pub fn is_held(&self) -> bool {
+        self.read().held
+    }
+
+    /// Holds a value from where it is known so far to an instant.
+    pub fn hold(&self, value: f64, to: f64) {
+        let (begin, count) = (self.end(), self.count());
+        if count > 0 && self.value(begin, Side::Left) == value {
+            self.extend(to); // nothing changes: no breakpoint
+        } else {
+            self.push(begin, to - begin, &[value], true);
+        }
+    }
+
+    /// Whether another value may be set at an instant, for all that is known before.
+    pub fn is_set_at(&self, t: f64) -> bool {
+        let pieces = self.read();
+        pieces.restless && (pieces.end - t).abs() <= INSTANT * t.abs()
+    }
+
+    fn extend(&self, to: f64) {
+        let mut pieces = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        pieces.end = to;
+        if let Some(last) = pieces.list.last_mut() {
+            last.length = to - last.begin;
+        }
+    }
+
+    /// Value and slope of the piece that begins at `t` or goes on there.
+    pub fn line(&self, t: f64) -> (f64, f64) {
+        let pieces = self.read();
+        pieces.find(t, Side::Right).map_or((pieces.before, 0.0), |k| pieces.at(k, t))
     }
 
     /// Adds a piece at the end; with a `kink` derivatives, and the value, may jump at its begin.
@@ -207,6 +252,21 @@ mod tests {
         }
         assert!((p.value(3.0, Side::Left) - 5.0).abs() < 1e-14);
         assert_eq!((p.value(3.0, Side::Right), p.value(-1.0, Side::Right)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn held_values_change_where_they_are_set() {
+        let p = Polynomial::held(1.0, false);
+        assert_eq!((p.value(0.0, Side::Right), p.end()), (1.0, 0.0));
+        p.hold(2.0, 0.5);
+        p.hold(2.0, 1.0);
+        p.hold(-3.0, 1.5);
+        assert_eq!(p.count(), 2);
+        assert_eq!((p.value(0.75, Side::Right), p.value(1.0, Side::Left)), (2.0, 2.0));
+        assert_eq!((p.line(1.0), p.end()), ((-3.0, 0.0), 1.5));
+        let next = p.next_breakpoint(0.25).map(|c| (c.time, c.jump));
+        assert_eq!(next, Some((1.0, true)));
+        assert!(p.is_set_at(1.5) && !p.is_set_at(1.0));
     }
 
     #[test]

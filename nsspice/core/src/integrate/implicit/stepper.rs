@@ -15,7 +15,7 @@ use super::solver::{Large, Solver};
 use super::state::State;
 use super::statistics::Statistics;
 use super::step_length::{Stage, System};
-use super::time_grid::{Clock, Target};
+use super::time_grid::{known, Clock, Target};
 use crate::audit::{Balance, ITERATED};
 use crate::mlcp::Role;
 use crate::newton::Tracking;
@@ -67,6 +67,8 @@ pub enum Progress {
     Done,
     /// a step was not solved; see `failure`
     Failed,
+    /// a source is not known beyond the present time: somebody has to say how it goes on
+    Waiting,
 }
 
 /// One island in the course of its simulation.
@@ -254,6 +256,9 @@ impl Stepper {
                 }
                 continue;
             }
+            if self.schedule.retry.is_none() && known(&self.waveforms) <= self.state.time {
+                return (rows, Progress::Waiting);
+            }
             let Some(target) =
                 self.schedule.retry.take().or_else(|| self.schedule.plan.next(&self.waveforms))
             else {
@@ -321,6 +326,11 @@ impl Stepper {
     /// Writes the row of the present state.
     pub(in crate::integrate) fn write(&mut self, label: f64, row: &mut [f64]) {
         self.recorder.write(&self.state, self.solver.functions(), label, row);
+    }
+
+    /// Writes the outputs at the present time, which comes first.
+    pub fn at_wait(&mut self, row: &mut [f64]) {
+        self.write(self.state.time, row);
     }
 
     /// Keeps the row before a possible jump.

@@ -200,7 +200,8 @@ pub(in crate::integrate) fn next_breakpoint(
 ) -> (f64, bool) {
     let (time, jump) = first_breakpoint(waveforms, t);
     let here = |w: &Waveform| w.next_breakpoint_time(t).is_some_and(|c| c <= time) && w.bends(t);
-    (time, jump || waveforms.iter().zip(kinks).any(|(w, &kink)| kink && here(w)))
+    let kink = waveforms.iter().zip(kinks).any(|(w, &kink)| kink && here(w));
+    (time, jump || kink || waveforms.iter().any(|w| w.is_set_at(time)))
 }
 
 /// Up to where all waveforms are known.

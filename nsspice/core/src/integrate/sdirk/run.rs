@@ -222,6 +222,10 @@ impl Sdirk {
                 if rows == capacity {
                     break;
                 }
+                // what a source does at the end of the step is a part of that end: it has to be known
+                if accepted.time < self.settings.stop && known(&s.waveforms) <= accepted.time {
+                    return (rows, Progress::Waiting);
+                }
                 self.keep_pieces(s, accepted.time);
                 self.accepted = None;
                 self.finish(s, accepted);
@@ -237,9 +241,9 @@ impl Sdirk {
             if s.state.time >= self.settings.stop {
                 return (rows, Progress::Done);
             }
-            // another block has to go on first
+            // another block has to go on first, or a controller
             if known(&s.waveforms) <= s.state.time {
-                return (rows, Progress::More);
+                return (rows, Progress::Waiting);
             }
             if let Err(failure) = self.step(s) {
                 self.visited.note(&s.state.active, s.state.time);
@@ -258,6 +262,16 @@ impl Sdirk {
         let written = self.accepted.is_none() && self.shown.rows.peek().is_none();
         let done = rows == capacity && written && self.shown.points.is_empty();
         (rows, if done { Progress::Done } else { Progress::More })
+    }
+
+    /// Writes the outputs where the run waits, before what happens there; the time comes first.
+    pub fn at_wait(&mut self, s: &mut Stepper, row: &mut [f64]) {
+        match self.accepted {
+            Some(accepted) => {
+                self.write_at(s, accepted.time, row);
+            }
+            None => s.at_wait(row),
+        }
     }
 
     /// A row this near to the end of a step belongs to it: the breakpoint of a source and the multiple of the

@@ -126,7 +126,12 @@ impl Sdirk {
 
     /// The outputs at a time inside the accepted step; whether the laws, where they were asked, have a solution,
     /// in the mode of the step or in another.
-    fn write_at(&mut self, s: &mut Stepper, label: f64, row: &mut [f64]) -> bool {
+    pub(in crate::integrate::sdirk) fn write_at(
+        &mut self,
+        s: &mut Stepper,
+        label: f64,
+        row: &mut [f64],
+    ) -> bool {
         let theta = (label - self.trial.start) / self.trial.length;
         let origin = match self.shown.origin {
             Some(origin) => origin,
