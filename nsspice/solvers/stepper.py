@@ -263,7 +263,7 @@ class Stepper(ABC):
             # a very large but genuine solution: the certificate found no contradiction
             self._core.accept_large()
 
-    def sampled(self) -> Floats | None:
+    def at_wait(self) -> Floats | None:
         """Return the outputs where the run waits, left limits, (outputs,); None if not known."""
         row = self._core.sample()
         return None if row is None else row[1:]

@@ -227,7 +227,7 @@ def advance_controlled(
         time = schedule.sources.known
         if time >= analysis.stop:
             return False
-        recorded = np.concatenate([runner.sampled() for runner in runners])[None, :]
+        recorded = np.concatenate([runner.at_wait() for runner in runners])[None, :]
         if not outlet.recorder.direct:
             recorded = outlet.recorder.signals(recorded)
         values = recorded[0].tolist()

@@ -435,9 +435,9 @@ class IslandRunner:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
 
-    def sampled(self) -> Floats:
+    def at_wait(self) -> Floats:
         """Return the recorded quantities where the run waits, just before that instant."""
-        found = self.stepper.sampled()
+        found = self.stepper.at_wait()
         if found is not None:
             return found
         z, lam = self.stepper.state  # between implicit steps of the exact engine

@@ -155,7 +155,7 @@ class Simulation:
                 except Stopped as stopped:
                     raise runner.failure(stopped.problem) from stopped.problem
         self.time = to
-        recorded = np.concatenate([runner.sampled() for runner in self._runners])[None, :]
+        recorded = np.concatenate([runner.at_wait() for runner in self._runners])[None, :]
         if not self._recorder.direct:
             recorded = self._recorder.signals(recorded)
         self._values = recorded[0]
