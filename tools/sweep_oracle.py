@@ -47,11 +47,12 @@ def one(family: str, seed: int, method: str) -> dict[str, object]:
     run = judged(FAMILIES[family](seed), method)
     verdict = f"{run.outcome} {'right' if run.right else 'wrong'}"
     kind = verdict.replace("certified wrong", "certified WRONG") if run.rows else "by name"
+    worst = [[v.law, v.element, v.time, v.size, run.on_grid(v)] for v in run.worst]
     return {
         "family": family, "seed": seed, "method": method, "kind": kind, "code": run.outcome,
         "message": run.message[:160], "engines": run.engines, "rows": run.rows,
         "seconds": round(run.seconds, 2), "size": run.size,
-        "worst": [[v.law, v.element, v.time, v.size] for v in run.worst if v.size > SMALL][:6],
+        "worst": [w for w in worst if w[3] > SMALL][:6],
         "stored": run.stored,
     }  # fmt: skip
 
@@ -173,7 +174,10 @@ def report(runs: list[dict[str, Any]]) -> int:
         if r["kind"] in ("certified WRONG", "refused right", "refused wrong", "crash", "timeout"):
             apart = r.get("apart", 1.0)
             agrees = "agrees" if apart <= AGREES else f"apart {apart}"
-            worst = " ".join(f"{w[0]}:{w[1]}@{w[2]:.9g}={w[3]:.1e}" for w in r.get("worst", [])[:3])
+            worst = " ".join(
+                f"{law}:{element}@{time:.9g}={size:.1e}{'' if grid else ' between rows'}"
+                for law, element, time, size, grid in r.get("worst", [])[:3]
+            )
             who = f"{r['family']} {r['seed']} {r['method']}"
             print(f"{who}: {r['kind']}, {agrees}; {worst}{r.get('message', '')}")
     return int(any(r["kind"] in ("certified WRONG", "crash") for r in runs))

@@ -36,6 +36,8 @@ class Judged:
     #: engines of its islands
     engines: str = ""
     rows: int = 0
+    #: distance of the rows that were asked for [s]; all others are points of the engine
+    distance: float = 0.0
     seconds: float = 0.0
     #: the largest violation of each law
     worst: list[Violation] = field(default_factory=list)
@@ -50,6 +52,11 @@ class Judged:
     def size(self) -> float:
         """The largest violation; the order of rows is told apart."""
         return max((v.size for v in self.worst if v.law != "order of rows"), default=0.0)
+
+    def on_grid(self, violation: Violation) -> bool:
+        """Return whether a violation stands in a row that was asked for."""
+        share = violation.time / self.distance
+        return abs(share - round(share)) < 1e-9 * max(1.0, share)
 
     @property
     def right(self) -> bool:
@@ -73,7 +80,7 @@ def judged(text: str, method: str) -> Judged:
     passed = run.certificate is None or run.certificate.passed
     out = Judged(method, "certified" if passed else "refused")
     out.engines = " ".join(sorted({str(i.method) for i in run.islands}))
-    out.rows = rows.time.size
+    out.rows, out.distance = rows.time.size, deck.step / fine
     stepped = method == "moreau"
     out.worst = by_law(violations(text, rows, stepped=stepped))
     for factor in FINER:
