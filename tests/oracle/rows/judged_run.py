@@ -23,6 +23,8 @@ FINER, MORE = (8, 64), 150_000
 #: their error control is asked for by default
 ROUNDING, STEPS = 1e-6, 1e-4
 _QUADRATURE = ("charge", "flux")
+#: equations of single rows
+_ALGEBRAIC = ("KCL", "resistor", "source", "controlled source", "diode", "switch", "thyristor")
 
 
 @dataclass
@@ -36,11 +38,11 @@ class Judged:
     #: engines of its islands
     engines: str = ""
     rows: int = 0
-    #: distance of the rows that were asked for [s]; all others are points of the engine
-    distance: float = 0.0
     seconds: float = 0.0
-    #: the largest violation of each law
+    #: the largest violation of each equation, algebraic ones in the rows that were asked for
     worst: list[Violation] = field(default_factory=list)
+    #: of algebraic ones in the engine's own points too
+    between: list[Violation] = field(default_factory=list)
     #: signals at the deck's own instants, for comparison with other runs
     stored: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -49,18 +51,16 @@ class Judged:
         return ROUNDING if set(self.engines.split()) == {"modewise"} else STEPS
 
     @property
-    def size(self) -> float:
-        """The largest violation; the order of rows is told apart."""
-        return max((v.size for v in self.worst if v.law != "order of rows"), default=0.0)
-
-    def on_grid(self, violation: Violation) -> bool:
-        """Return whether a violation stands in a row that was asked for."""
-        share = violation.time / self.distance
-        return abs(share - round(share)) < 1e-9 * max(1.0, share)
+    def right(self) -> bool:
+        return bool(self.rows) and _largest(self.worst) <= self.tolerance
 
     @property
-    def right(self) -> bool:
-        return bool(self.rows) and self.size <= self.tolerance
+    def right_between(self) -> bool:
+        return _largest(self.between) <= self.tolerance
+
+
+def _largest(found: list[Violation]) -> float:
+    return max((v.size for v in found), default=0.0)
 
 
 def judged(text: str, method: str) -> Judged:
@@ -80,9 +80,15 @@ def judged(text: str, method: str) -> Judged:
     passed = run.certificate is None or run.certificate.passed
     out = Judged(method, "certified" if passed else "refused")
     out.engines = " ".join(sorted({str(i.method) for i in run.islands}))
-    out.rows, out.distance = rows.time.size, deck.step / fine
+    out.rows = rows.time.size
     stepped = method == "moreau"
-    out.worst = by_law(violations(text, rows, stepped=stepped))
+    found = violations(text, rows, stepped=stepped)
+    out.between = by_law([v for v in found if v.law in _ALGEBRAIC])
+    shown = violations(text, rows.on_grid(deck.step / fine), stepped=stepped)
+    out.worst = by_law([
+        *(v for v in found if v.law not in _ALGEBRAIC),
+        *(v for v in shown if v.law in _ALGEBRAIC),
+    ])  # fmt: skip
     for factor in FINER:
         doubtful = [v.size for v in out.worst if v.law in _QUADRATURE and v.size > out.tolerance]
         if not doubtful or fine * factor * deck.stop / deck.step > MORE:

@@ -89,6 +89,13 @@ class Rows:
         """For each interval: whether time passes in it, or it stands for a jump."""
         return np.diff(self.time) > SAME_INSTANT * np.abs(self.time[1:])
 
+    def on_grid(self, distance: float) -> Rows:
+        """Return the rows at multiples of a distance [s], at a jump the last of them."""
+        share = self.time / distance
+        near = np.abs(share - np.round(share)) < 1e-9 * np.maximum(1.0, share)
+        keep = near & np.append(self.moves, True)
+        return Rows({name: column[keep] for name, column in self.columns.items()})
+
     def worst(self, law: str, element: str, error: Floats) -> list[Violation]:
         """Return the largest error of one law of one element; values that are not finite are."""
         if not error.size:
