@@ -40,6 +40,8 @@ KINDS = (
 )  # fmt: skip
 #: mean difference from another engine below which a run agrees with it
 AGREES = 1e-3
+#: least time [s] after which a run is taken to hang
+HANGS = 1000.0
 #: violations that are not worth storing
 SMALL = 1e-9
 
@@ -103,8 +105,8 @@ class Worker:
         self.pipe.send((family, seed, method))
         hangs = False
         try:
-            # one that waits takes no time of the processor
-            if self.pipe.poll(50 * self.limit):
+            # one that waits takes no time of the processor, nor does it on a busy machine
+            if self.pipe.poll(max(HANGS, 50 * self.limit)):
                 return self.pipe.recv()
             hangs = True
         except EOFError:

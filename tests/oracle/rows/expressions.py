@@ -99,7 +99,7 @@ class Expression:
             "+": lambda: a + b, "-": lambda: a - b, "*": lambda: a * b, "/": lambda: a / b,
             ">": lambda: a - b > near, ">=": lambda: a - b >= near,
             "<": lambda: b - a > near, "<=": lambda: b - a >= near,
-            "==": lambda: np.abs(a - b) <= abs(near), "!=": lambda: np.abs(a - b) > abs(near),
+            "==": lambda: np.abs(a - b) <= near, "!=": lambda: np.abs(a - b) > near,
             "&": lambda: np.minimum(a > 0.5, b > 0.5), "|": lambda: np.maximum(a > 0.5, b > 0.5),
         }  # fmt: skip
         out = np.asarray(table[sign if sign not in ("&&", "||") else sign[0]](), dtype=float)
