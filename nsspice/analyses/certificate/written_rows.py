@@ -67,6 +67,13 @@ class WrittenRows:
         self._valves: list[tuple[str, tuple[_Terms, _Terms, list[_Line], float]]] = []
         self._gates: list[tuple[str, tuple[int, _Terms, list[float], bool]]] = []
         self._sources: list[tuple[str, tuple[_Terms, list[_Waveform], bool]]] = []
+        #: the largest finite resistance at each node [Ohm]
+        self._ohms: dict[str, float] = {}
+        for device in circuit.devices:
+            if isinstance(device, Resistor):
+                ohms = abs(device.at(conditions)) / device.m
+                for node in device.nodes if math.isfinite(ohms) else ():
+                    self._ohms[node] = max(ohms, self._ohms.get(node, 0.0))
         for device in circuit.devices:
             self._add(device)
         self._add_nodes(circuit.devices)
@@ -101,8 +108,10 @@ class WrittenRows:
         return cls(circuit, columns, conditions)
 
     def beside(self, columns: Sequence[str]) -> WrittenRows:
-        """Return what judges rows of other columns."""
-        return WrittenRows(self._circuit, columns, self._conditions)
+        """Return what judges rows of other columns, by the sizes of this table."""
+        other = WrittenRows(self._circuit, columns, self._conditions)
+        other._core.see(self._core)
+        return other
 
     def take(self, rows: Floats) -> None:
         """Take the next rows of the table."""
@@ -184,8 +193,9 @@ class WrittenRows:
         elif voltage is not None and column is not None:
             lines = list(_lines(device))
             if lines:
-                conducts = 0.0
-                law = (voltage, [(column, 1.0)], lines, conducts)
+                # a node of high resistance is known as well as the currents that meet there
+                resists = max(self._ohms.get(node, 0.0) for node in device.nodes)
+                law = (voltage, [(column, 1.0)], lines, resists)
                 self._valves.append((device.name, law))
                 self._add_gate(device)
 

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 type SumSpec = (Terms, Terms, bool);
 /// `v`, `i`, constant; whether it is a current
 type FormSpec = ([f64; 3], bool);
-/// voltage, current, lines with their bounds, conductance
+/// voltage, current, lines with their bounds, resistance at its nodes
 type ValveSpec = (Terms, Terms, Vec<(FormSpec, Vec<FormSpec>)>, f64);
 /// number of the valve, control, thresholds, whether it conducts while the control is low
 type GateSpec = (usize, Terms, [f64; 2], bool);
@@ -60,8 +60,8 @@ impl PyRows {
             bounds: bounds.into_iter().map(form).collect(),
         };
         inner.sums = sums.into_iter().map(|(t, r, i)| Sum::new(t, r, unit(i))).collect();
-        let valve = |(v, i, lines, conducts): ValveSpec| {
-            Valve::new(v, i, lines.into_iter().map(line).collect(), conducts)
+        let valve = |(v, i, lines, resists): ValveSpec| {
+            Valve::new(v, i, lines.into_iter().map(line).collect(), resists)
         };
         inner.valves = valves.into_iter().map(valve).collect();
         let gate = |(valve, control, edges, inverted)| Gate::new(valve, control, edges, inverted);
@@ -71,6 +71,11 @@ impl PyRows {
             inner.sources.push(Source::new(terms.clone(), waveforms, unit(*amperes)));
         }
         Ok(PyRows { inner })
+    }
+
+    /// Measures errors as a table of the same run does.
+    fn see(&mut self, other: PyRef<'_, PyRows>) {
+        self.inner.see(other.inner.largest());
     }
 
     /// Takes the next rows of the table.

@@ -108,6 +108,16 @@ impl Rows {
         self.columns
     }
 
+    /// The largest voltage and current so far.
+    pub fn largest(&self) -> [f64; 2] {
+        self.size.largest
+    }
+
+    /// Measures errors by the largest voltage and current of other rows, too: a few rows of a run can all be small.
+    pub fn see(&mut self, largest: [f64; 2]) {
+        self.size.largest = [0, 1].map(|k| largest[k].max(self.size.largest[k]));
+    }
+
     /// Takes some rows, one after the other.
     pub fn take(&mut self, table: &[f64]) {
         for row in table.chunks_exact(self.columns) {

@@ -30,8 +30,8 @@ pub struct Valve {
     voltage: Terms,
     current: Terms,
     lines: Vec<Line>,
-    /// conductance by which rounding of potentials is a current [S]
-    conducts: f64,
+    /// resistance at its nodes by which rounding of currents is a voltage [Ohm]
+    resists: f64,
     own: [f64; 2],
     potential: f64,
     /// points off their lines, and when
@@ -41,12 +41,12 @@ pub struct Valve {
 
 impl Valve {
     /// Nothing is known of it yet.
-    pub fn new(voltage: Terms, current: Terms, lines: Vec<Line>, conducts: f64) -> Valve {
+    pub fn new(voltage: Terms, current: Terms, lines: Vec<Line>, resists: f64) -> Valve {
         Valve {
             voltage,
             current,
             lines,
-            conducts,
+            resists,
             own: [0.0; 2],
             potential: 0.0,
             suspects: Vec::new(),
@@ -76,8 +76,8 @@ impl Valve {
     /// What voltages and currents are measured by, and what of them is rounding.
     fn scales(&self, size: &Size) -> [[f64; 2]; 2] {
         let scale = [0, 1].map(|k| self.own[k].max(LEAST * size.largest[k]));
-        let volts = size.known * self.potential.max(LEAST * size.largest[0]);
-        let amperes = size.known * size.largest[1].max(self.conducts * self.potential);
+        let volts = self.potential.max(LEAST * size.largest[0]) + self.resists * size.largest[1];
+        let (volts, amperes) = (size.known * volts, size.known * size.largest[1]);
         [scale, [volts, amperes]]
     }
 
