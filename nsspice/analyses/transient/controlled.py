@@ -60,7 +60,7 @@ class HeldSources:
         return cls({name: _own_value(circuit, name) for name in names})
 
     def renew(self, before: Mapping[str, float]) -> None:
-        """Begin a run anew, before which the sources had other values."""
+        """Begin a new run, before which the sources had other values."""
         self.held = {name: Polynomial.held(value) for name, value in before.items()}
         self.clock = Polynomial.held(0.0, steady=True)
         self.known = 0.0
@@ -171,7 +171,7 @@ class Schedule:
 def started(schedule: Schedule, prepare: Callable[[], list[IslandRunner]]) -> list[IslandRunner]:
     """Return the runners of all islands after their start.
 
-    A controller that is called at t = 0 reads what the run begins with; the run then begins anew,
+    A controller that is called at t = 0 reads what the run begins with; a new run then begins,
     with what it has set as an edge of its sources at t = 0.
     """
     before = dict(schedule.sources.values)

@@ -1,4 +1,4 @@
-"""A transient that goes on as far as it is told, with sources that are set in between."""
+"""A transient that is advanced step by step, with sources that are set in between."""
 
 from __future__ import annotations
 
