@@ -227,7 +227,7 @@ def advance_controlled(
         time = schedule.sources.known
         if time >= analysis.stop:
             return False
-        recorded = np.concatenate([runner.at_wait() for runner in runners])[None, :]
+        recorded = np.concatenate([at_wait(runner) for runner in runners])[None, :]
         if not outlet.recorder.direct:
             recorded = outlet.recorder.signals(recorded)
         values = recorded[0].tolist()
@@ -314,3 +314,15 @@ def at_start(runners: Sequence[IslandRunner], name: str) -> float:
         value = sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam)
         total += factor * float(value + sum(c * u[j] for j, c in f.u))
     return total
+
+
+def at_wait(runner: IslandRunner) -> Floats:
+    """Return the recorded quantities of an island where it waits, just before that instant."""
+    found = runner.stepper.at_wait()
+    if found is not None:
+        return found
+    z, lam = runner.stepper.state  # between implicit steps of the exact engine
+    functionals = [runner.mna.functional(name) for name in runner.recorded]
+    return np.array(
+        [sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam) for f in functionals]
+    )

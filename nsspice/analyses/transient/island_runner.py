@@ -26,6 +26,7 @@ from ..certificate.hidden_motion import Between
 from ..certificate.impulses import jumps_of, shared_at_start
 from ..certificate.island_check import Examiner, sampling
 from ..certificate.regularity import Judge
+from ..certificate.strict import is_strict
 from ..request.cards import Tran
 from ..request.cost_hints import sentence
 from ..request.measured_signals import Watched
@@ -98,7 +99,7 @@ class IslandRunner:
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
-        self._names, self._watched = names, watched
+        self.recorded, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._shared: JumpReport | None = None
         self._first: FirstState | None = None
@@ -233,7 +234,7 @@ class IslandRunner:
     def start(self) -> None:
         """Find the first state, plan the instants, and let blocks that are driven begin there."""
         if self.outputs and isinstance(self.stepper, ModewiseStepper):
-            places = [self._names.index(link.signal) for link in self.outputs]
+            places = [self.recorded.index(link.signal) for link in self.outputs]
             self.stepper.hand_on(places, [link.handed for link in self.outputs])
             self._start()
             for link in self.outputs:
@@ -266,7 +267,7 @@ class IslandRunner:
             raise named_failure(
                 self.circuit, self.mna, problem, starting=True, given=analysis.uic
             ) from problem
-        if self.step is not None and not self.stepper.jumps:
+        if is_strict() and self.step is not None and not self.stepper.jumps:
             point = self.stepper.dc_point
             wanted = None if point is None else self.mna.system.E.dot(point[0])
             wanted = wanted if self.charges is None else self.charges[0]
@@ -331,7 +332,7 @@ class IslandRunner:
             certificate = replace(certificate, taken=taken, granted=granted)
         elif self.method == "sdirk" and energy is not None:
             certificate = replace(certificate, taken=energy.taken)
-        if self._first is not None:
+        if self._first is not None and is_strict():
             missed = self._first.error(0.0 if energy is None else energy.turned)
             certificate = certificate.at_start(missed)
         if self._late():
@@ -414,7 +415,7 @@ class IslandRunner:
         """
         analysis, system, watched = self.analysis, self.mna.system, self._watched
         assert watched is not None
-        outputs = [self.mna.functional(self._names[j]) for j in self.followed]
+        outputs = [self.mna.functional(self.recorded[j]) for j in self.followed]
         stepper = SdirkStepper(system, outputs, self._accuracy)
         stepper.follow(range(len(outputs)), watched.start, watched.stop)
         until = min(analysis.stop, watched.stop)
@@ -434,17 +435,6 @@ class IslandRunner:
     def events(self) -> Events:
         """Return the changes of set-valued elements so far."""
         return Events(*self.stepper.events, self.mna.pairs)
-
-    def at_wait(self) -> Floats:
-        """Return the recorded quantities where the run waits, just before that instant."""
-        found = self.stepper.at_wait()
-        if found is not None:
-            return found
-        z, lam = self.stepper.state  # between implicit steps of the exact engine
-        functionals = [self.mna.functional(name) for name in self._names]
-        return np.array(
-            [sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam) for f in functionals]
-        )
 
     def take_over(self, other: IslandRunner, row: Floats) -> None:
         """Go on in place of another runner of the same island, whose rows have been shown.

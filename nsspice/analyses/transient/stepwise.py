@@ -18,7 +18,7 @@ from ..request.recorder import Recorder, select
 from ..request.settings import Settings
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
-from .controlled import HeldSources, at_start, to_the_wait
+from .controlled import HeldSources, at_start, at_wait, to_the_wait
 from .island_runner import IslandRunner, Stopped
 
 
@@ -155,7 +155,7 @@ class Simulation:
                 except Stopped as stopped:
                     raise runner.failure(stopped.problem) from stopped.problem
         self.time = to
-        recorded = np.concatenate([runner.at_wait() for runner in self._runners])[None, :]
+        recorded = np.concatenate([at_wait(runner) for runner in self._runners])[None, :]
         if not self._recorder.direct:
             recorded = self._recorder.signals(recorded)
         self._values = recorded[0]

@@ -18,6 +18,7 @@ from ..certificate.certificate import Certificate
 from ..certificate.copied_rows import CopiedRows
 from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
+from ..certificate.strict import is_strict
 from ..certificate.written_rows import Violation, WrittenRows
 from ..request.cards import Tran
 from ..request.controller import Controller, checked_controllers
@@ -285,12 +286,12 @@ def run_tran(
     if sink is not None:
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
-    if not periodic_sources:  # continued into the past they are not those of the deck
+    if is_strict() and not periodic_sources:  # continued into the past they are not the deck's
         outlet.judge = WrittenRows.of_run(
             judged, names, analysis, request.temperature, request.values
         )
     begun = list(runners)
-    if not all_points:
+    if is_strict() and not all_points:
         outlet.copies = _copies(runners, recorder)
     points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
     if shown and not keep:
@@ -348,7 +349,7 @@ def run_tran(
         jumps=jumps,
         islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
         certificate=Certificate.total(runner.certificate() for runner in runners)
-        .at_rows(*_judged(outlet, runners, begun))
+        .at_rows(*(_judged(outlet, runners, begun) if is_strict() else ((), ())))
         .without(skipped),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
