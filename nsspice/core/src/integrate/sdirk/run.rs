@@ -565,11 +565,10 @@ impl Sdirk {
             evaluate(&s.waveforms, s.state.time, Side::Right, &mut s.state.u0);
             let before = s.state.active.clone();
             s.instants.begun = None;
+            // asked before anything turns: controls are those of the mode in which the step has ended
+            let reached = if event { self.reach(s, accepted.theta) } else { Vec::new() };
             turned.iter().for_each(|&k| s.gates().throw(k));
-            if event {
-                let reached = self.reach(s, accepted.theta);
-                reached.into_iter().for_each(|k| s.gates().turn(k, true));
-            }
+            reached.into_iter().for_each(|k| s.gates().turn(k, true));
             self.restart(s);
             self.trouble.futile = event && before == s.state.active;
         }

@@ -134,7 +134,6 @@ impl Stepper {
     ) -> Outcome {
         #[cfg(feature = "faults")]
         let origin = self.state.z.clone();
-        let told = self.recorder.jumps.len();
         self.instants.begun = None;
         if charges.is_none() && self.goes_on() {
             return Ok(());
@@ -150,12 +149,6 @@ impl Stepper {
         if charges.is_none() {
             let stored = self.facts.storage.unknowns();
             crate::faults::damage::jump(&origin, &mut self.state.z, stored);
-        }
-        if self.recorder.jumps.len() > told {
-            // what is reported of a jump is the state with which the run goes on
-            if let Some(jump) = self.recorder.jumps.last_mut() {
-                self.facts.storage.unknowns().for_each(|j| jump.after[j] = self.state.z[j]);
-            }
         }
         Ok(())
     }
