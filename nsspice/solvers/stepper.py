@@ -263,9 +263,12 @@ class Stepper(ABC):
             # a very large but genuine solution: the certificate found no contradiction
             self._core.accept_large()
 
-    def at_wait(self) -> Floats | None:
-        """Return the outputs where the run waits, left limits, (outputs,); None if not known."""
-        row = self._core.sample()
+    def at_wait(self, begin: bool = False) -> Floats | None:
+        """Return the outputs where the run waits, just before, or at its begin, shape (outputs,).
+
+        None at the begin of a run of the exact engine that begins with implicit steps.
+        """
+        row = self._core.sample(begin)
         return None if row is None else row[1:]
 
     def show_all_points(self, start: float) -> None:
@@ -275,6 +278,10 @@ class Stepper(ABC):
         source has a corner.
         """
         self._core.show_all_points(start)
+
+    def watch_closely(self) -> None:
+        """Keep also what only checks of rows and turning gates need; call it before the start."""
+        self._core.watch_closely()
 
     def take_along(self, auditor: _core.Auditor) -> None:
         """Let the balance of energy of an auditor go with the run; call it before the start."""

@@ -16,14 +16,13 @@ import numpy as np
 
 from ...circuit import Circuit
 from ...devices import CurrentSource, VoltageSource
-from ...devices.sources.waveform import initial_value
 from ...errors import Diagnostic, UsageError
-from ...solvers.modewise import ModewiseStepper
 from ...solvers.polynomial import Polynomial
 from ..request.cards import Tran
 from ..request.controller import Controller
 from ..request.interrupts import Interrupts
 from ..request.notebook_progress import Progress
+from ..request.recorder import Recorder
 from ..request.request import Request
 from ..signals.curve import Floats
 from .advance import Outlet
@@ -168,7 +167,9 @@ class Schedule:
         self.sources.hold(2.0 * self.stop + 1.0 if ends else upcoming)
 
 
-def started(schedule: Schedule, prepare: Callable[[], list[IslandRunner]]) -> list[IslandRunner]:
+def started(
+    schedule: Schedule, prepare: Callable[[], list[IslandRunner]], recorder: Recorder
+) -> list[IslandRunner]:
     """Return the runners of all islands after their start.
 
     A controller that is called at t = 0 reads what the run begins with; a new run then begins,
@@ -181,7 +182,7 @@ def started(schedule: Schedule, prepare: Callable[[], list[IslandRunner]]) -> li
         runner.start()
     if not schedule.starts_with_a_call:
         return runners
-    schedule.call(0.0, {name: at_start(runners, name) for name in schedule.reads})
+    schedule.call(0.0, read(runners, recorder, begin=True))
     schedule.sources.renew(before)
     schedule.go_on()
     runners = prepare()
@@ -205,8 +206,6 @@ def advance_controlled(
     NumericalError
         The failure of an island.
     """
-    order = {name: k for k, name in enumerate(outlet.recorder.names)}
-    places = [order[name] for name in schedule.reads]
     waiting = [_Rows(runner.width) for runner in runners]
     while True:
         failed = None
@@ -227,11 +226,7 @@ def advance_controlled(
         time = schedule.sources.known
         if time >= analysis.stop:
             return False
-        recorded = np.concatenate([at_wait(runner) for runner in runners])[None, :]
-        if not outlet.recorder.direct:
-            recorded = outlet.recorder.signals(recorded)
-        values = recorded[0].tolist()
-        schedule.call(time, dict(zip(schedule.reads, (values[k] for k in places), strict=True)))
+        schedule.call(time, read(runners, outlet.recorder))
         schedule.go_on()
         if progress is not None:
             progress(time / analysis.stop)
@@ -301,28 +296,16 @@ def _results(controller: Controller, found: object) -> list[float | None]:
     return numbers
 
 
-def at_start(runners: Sequence[IslandRunner], name: str) -> float:
-    """Return a signal in the state with which the run begins."""
-    total = 0.0
-    for home, local, factor in runners[0].circuit.parts(name):
-        runner = runners[home]
-        z, lam = runner.stepper.beginning
-        if isinstance(runner.stepper, ModewiseStepper) and runner.stepper.dc_point is not None:
-            z, lam = runner.stepper.dc_point
-        u = [initial_value(w) * w.scale for w in runner.mna.system.waveforms]
-        f = runner.mna.functional(local)
-        value = sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam)
-        total += factor * float(value + sum(c * u[j] for j, c in f.u))
-    return total
-
-
-def at_wait(runner: IslandRunner) -> Floats:
-    """Return the recorded quantities of an island where it waits, just before that instant."""
-    found = runner.stepper.at_wait()
-    if found is not None:
-        return found
-    z, lam = runner.stepper.state  # between implicit steps of the exact engine
-    functionals = [runner.mna.functional(name) for name in runner.recorded]
-    return np.array(
-        [sum(c * z[j] for j, c in f.z) + sum(c * lam[j] for j, c in f.lam) for f in functionals]
-    )
+def read(
+    runners: Sequence[IslandRunner], recorder: Recorder, begin: bool = False
+) -> dict[str, float]:
+    """Return all signals at the begin of a run, or just before the instant at which it waits."""
+    parts = [runner.stepper.at_wait(begin) for runner in runners]
+    known = [part for part in parts if part is not None]
+    if len(known) < len(parts):
+        message = "the run begins with implicit steps: nothing can be sampled at t = 0"
+        raise UsageError(Diagnostic("NS4005", message, hint="give the controller an offset"))
+    recorded = np.concatenate(known)[None, :]
+    if not recorder.direct:
+        recorded = recorder.signals(recorded)
+    return dict(zip(recorder.names, recorded[0].tolist(), strict=True))

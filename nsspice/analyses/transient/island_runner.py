@@ -99,7 +99,7 @@ class IslandRunner:
         system = self.mna.system
         self.step: float | None = None if system.static else analysis.solver_step(settings.step)
         self.width = len(names)
-        self.recorded, self._watched = names, watched
+        self._names, self._watched = names, watched
         self.charges: tuple[Floats, float] | None = None
         self._shared: JumpReport | None = None
         self._first: FirstState | None = None
@@ -202,6 +202,8 @@ class IslandRunner:
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
+        if is_strict():
+            stepper.watch_closely()
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
             step = None if self.step is None else _SHORT * self.analysis.stop
@@ -234,7 +236,7 @@ class IslandRunner:
     def start(self) -> None:
         """Find the first state, plan the instants, and let blocks that are driven begin there."""
         if self.outputs and isinstance(self.stepper, ModewiseStepper):
-            places = [self.recorded.index(link.signal) for link in self.outputs]
+            places = [self._names.index(link.signal) for link in self.outputs]
             self.stepper.hand_on(places, [link.handed for link in self.outputs])
             self._start()
             for link in self.outputs:
@@ -415,7 +417,7 @@ class IslandRunner:
         """
         analysis, system, watched = self.analysis, self.mna.system, self._watched
         assert watched is not None
-        outputs = [self.mna.functional(self.recorded[j]) for j in self.followed]
+        outputs = [self.mna.functional(self._names[j]) for j in self.followed]
         stepper = SdirkStepper(system, outputs, self._accuracy)
         stepper.follow(range(len(outputs)), watched.start, watched.stop)
         until = min(analysis.stop, watched.stop)

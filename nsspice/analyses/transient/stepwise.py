@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError, suggest
 from ..certificate.certificate import Certificate
@@ -18,7 +16,7 @@ from ..request.recorder import Recorder, select
 from ..request.settings import Settings
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
-from .controlled import HeldSources, at_start, at_wait, to_the_wait
+from .controlled import HeldSources, read, to_the_wait
 from .island_runner import IslandRunner, Stopped
 
 
@@ -46,8 +44,7 @@ class Simulation:
         self.time = 0.0
         # what the run begins with is asked of a run that goes nowhere
         self._sources.hold(analysis.stop)
-        runners = self._started()
-        self._values = np.array([at_start(runners, name) for name in signals])
+        self._values = read(self._started(), self._recorder, begin=True)
         self._runners: list[IslandRunner] = []
 
     def _started(self) -> list[IslandRunner]:
@@ -81,7 +78,7 @@ class Simulation:
     @property
     def signals(self) -> dict[str, float]:
         """All signals now."""
-        return dict(zip(self._recorder.names, self._values.tolist(), strict=True))
+        return dict(self._values)
 
     @property
     def certificate(self) -> Certificate | None:
@@ -101,11 +98,10 @@ class Simulation:
         key = canonical(name)
         if key in self._sources.values:
             return self._sources.values[key]
-        names = self._recorder.names
-        if key not in names:
-            hint = suggest(key, names) or "name it in signals= of nsspice.start"
+        if key not in self._values:
+            hint = suggest(key, self._values) or "name it in signals= of nsspice.start"
             raise KeyError(f"no signal {name!r} in this simulation; {hint}")
-        return float(self._values[names.index(key)])
+        return self._values[key]
 
     def __setitem__(self, name: str, value: float) -> None:
         """Set a source from now on.
@@ -155,10 +151,7 @@ class Simulation:
                 except Stopped as stopped:
                     raise runner.failure(stopped.problem) from stopped.problem
         self.time = to
-        recorded = np.concatenate([at_wait(runner) for runner in self._runners])[None, :]
-        if not self._recorder.direct:
-            recorded = self._recorder.signals(recorded)
-        self._values = recorded[0]
+        self._values = read(self._runners, self._recorder)
         return self
 
 

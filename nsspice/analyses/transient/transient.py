@@ -307,7 +307,7 @@ def run_tran(
     with Interrupts() as interrupts:
         try:
             if schedule is not None:
-                runners = started(schedule, lambda: prepare(parts)[1])
+                runners = started(schedule, lambda: prepare(parts)[1], recorder)
                 between = [r.between for r in runners if r.between is not None]
                 points = OutputPoints(columns, between)
             else:

@@ -17,7 +17,7 @@ use crate::pieces::Pieces;
 use points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use polynomial::PyPolynomial;
 use system::{guessed, misfit, PySystem, Sizes};
-use written::{fill, Written};
+use written::{fill, turn_specs, TurnSpec, Written};
 
 use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Sdirk, Stepper};
 use crate::integrate::{Samples, System, Tableau};
@@ -62,9 +62,6 @@ fn csc(m: &Matrix) -> PyResult<Csc> {
     }
     Ok(Csc { nrows, ncols, colptr, rowidx, values })
 }
-
-/// time, switch, the gate before, its control, what the pair carried, whether the instant was searched for
-type TurnSpec = (f64, usize, bool, f64, f64, bool);
 
 fn role(code: u8) -> PyResult<Role> {
     Ok(match code {
@@ -342,12 +339,13 @@ impl PyStepper {
         Ok(self.inner.plan(Plan::Points { times, next: 0 }, f64::INFINITY))
     }
 
-    /// The outputs where the run waits for a source, after the time.
-    fn sample<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    /// The outputs at the `begin` of the run, or where it waits for a source, after the time.
+    #[pyo3(signature = (begin=false))]
+    fn sample<'py>(&mut self, py: Python<'py>, begin: bool) -> Bound<'py, PyArray1<f64>> {
         let mut row = vec![0.0; self.inner.recorder.columns()];
         match &mut self.sdirk {
-            Some(sdirk) => sdirk.at_wait(&mut self.inner, &mut row),
-            None => self.inner.at_wait(&mut row),
+            Some(sdirk) if !begin => sdirk.at_wait(&mut self.inner, &mut row),
+            _ => self.inner.at_wait(&mut row),
         }
         PyArray1::from_vec(py, row)
     }
@@ -405,6 +403,12 @@ impl PyStepper {
         self.inner.recorder.jumps.iter().map(|j| jump_dict(py, j)).collect()
     }
 
+    /// Keeps also what only checks of rows and of turning gates need; call it before the start.
+    fn watch_closely(&mut self) {
+        self.inner.watch_closely();
+        self.written.begin();
+    }
+
     /// Number of rows handed out, and of each column the sum of its values and of their sizes, weighted.
     fn written(&self) -> (u64, Vec<f64>, Vec<f64>) {
         self.written.sums()
@@ -412,8 +416,7 @@ impl PyStepper {
 
     /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
     fn turns(&self) -> Vec<TurnSpec> {
-        let turns = self.inner.switching_turns().kept.iter();
-        turns.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
+        turn_specs(self.inner.switching_turns())
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).

@@ -54,15 +54,17 @@ pub struct Turn {
 pub struct Turns {
     /// those that are kept
     pub kept: Vec<Turn>,
+    /// somebody judges them
+    pub wanted: bool,
 }
 
 impl Turns {
     /// Turns kept in full.
     const MOST: usize = 4096;
 
-    /// Whether there is room for another one.
+    /// Whether another one is to be kept.
     pub fn open(&self) -> bool {
-        self.kept.len() < Turns::MOST
+        self.wanted && self.kept.len() < Turns::MOST
     }
 
     /// Keeps a turn of the gate of switch `k` at a time, where the unknowns are `z` and the multipliers `l`.

@@ -233,3 +233,22 @@ def test_an_error_of_the_function_is_the_callers() -> None:
 
     with pytest.raises(ZeroDivisionError, match="mine"):
         run(RC, Controller(PERIOD, [], ["vset"], broken))
+
+
+@pytest.mark.parametrize(("method", "error"), [("modewise", 1e-13), ("sdirk", 1e-9)])
+def test_currents_are_read_at_the_start(method: str, error: float) -> None:
+    log = Log(lambda time, values: None)
+    deck = RC.replace("C1 x 0 1u", "C1 x 0 1u IC=0")
+    run(deck, Controller(1.0, ["i(c1)", "i(r1)"], ["vset"], log), method=method, uic=True)
+    # 0.25 V across 1 kOhm charge the capacitor at once
+    assert log.calls[0][1:3] == pytest.approx([0.25e-3, 0.25e-3], abs=error)
+
+
+def test_the_current_of_a_junction_is_read_at_the_start() -> None:
+    log = Log(lambda time, values: None)
+    deck = "junction\nVset u 0 1\nR1 u x 1k\nD1 x 0 djunc\nC1 x 0 1n\n.tran 1u 10u\n"
+    deck += ".model djunc D(IS=1n)\n"
+    run(deck, Controller(1.0, ["i(d1)", "v(x)"], ["vset"], log))
+    _, current, volts, _ = log.calls[0]
+    assert current == pytest.approx((1.0 - volts) / 1e3, rel=1e-6)
+    assert current == pytest.approx(1e-9 * math.expm1(volts / 0.0258649), rel=1e-3)

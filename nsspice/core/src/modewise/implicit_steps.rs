@@ -163,7 +163,8 @@ impl Engine {
         let written = (at_target || self.table.ends.all_from <= self.span.time) && !row.is_empty();
         let label = if at_target { target } else { self.span.time };
         let wanted = self.table.pieces.wanted(begin, self.span.time).is_some();
-        if written || wanted || self.hands_on() {
+        let waits = self.prepared.inputs.known() <= self.span.time;
+        if written || wanted || waits || self.hands_on() {
             // of what is stored: the unknowns before a first step are not known otherwise
             let moved = self.state.a.iter().zip(&before).map(|(new, old)| (new - old) / step);
             let mut rates = vec![0.0; self.prepared.net.n];
@@ -180,6 +181,11 @@ impl Engine {
             if written {
                 row[0] = label;
                 row[1..].copy_from_slice(&outputs);
+            }
+            if waits {
+                self.table.stepped.clear();
+                self.table.stepped.push(label);
+                self.table.stepped.append(&mut outputs);
             }
         }
         if self.react(&on) {

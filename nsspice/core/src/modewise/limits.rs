@@ -50,16 +50,18 @@ impl Engine {
         self.table.ends.kept.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
-    /// The outputs where the run waits, at the end of a segment; None while it goes by implicit steps.
-    pub fn at_wait(&mut self) -> Option<Vec<f64>> {
+    /// The outputs at the begin of the run, or where it waits: at the end of a segment or of an implicit step.
+    pub fn at_wait(&mut self, begin: bool) -> Option<Vec<f64>> {
         if !matches!(self.span.phase, Phase::Moving) {
-            return None;
+            return (!begin).then(|| self.table.stepped.clone());
         }
-        self.motion.path.state(&self.motion.point, &mut self.state.x);
-        self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
+        if !begin {
+            self.motion.path.state(&self.motion.point, &mut self.state.x);
+            self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
+        }
         let mut row = vec![0.0; self.columns()];
-        row[0] = self.span.end;
-        self.sample(true, &mut row);
+        row[0] = if begin { self.span.time } else { self.span.end };
+        self.sample(!begin, &mut row);
         Some(row)
     }
 

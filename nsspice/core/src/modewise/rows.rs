@@ -100,6 +100,10 @@ pub struct Table {
     /// rows written inside segments, and some of them computed once more
     written: u64,
     references: Vec<f64>,
+    /// somebody compares them
+    refers: bool,
+    /// the row at the end of an implicit step at which the run waits
+    pub(super) stepped: Vec<f64>,
 }
 
 impl Table {
@@ -118,6 +122,8 @@ impl Table {
             handed: Handed::default(),
             written: 0,
             references: Vec::new(),
+            refers: false,
+            stepped: Vec::new(),
         }
     }
 }
@@ -127,10 +133,16 @@ impl Engine {
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
         let count = self.write_next_rows(out);
-        if self.samples.watches {
+        if self.table.refers {
             self.refer(&out[..count * self.columns()]);
         }
         count
+    }
+
+    /// Keeps also what only checks of rows and of turning gates need.
+    pub fn watch_closely(&mut self) {
+        self.table.refers = true;
+        self.log.turns.wanted = true;
     }
 
     /// Computes some of the rows just written once more, from the unknowns of the mode.

@@ -4,7 +4,7 @@ use super::audit::{balance_dict, PyAuditor};
 use super::points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
-use super::written::{fill, Written};
+use super::written::{fill, turn_specs, Written};
 use super::{failure_dict, invalid, Floats, TurnSpec};
 use crate::modewise::Engine;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray2};
@@ -89,10 +89,11 @@ impl PyModewise {
         fill(py, out, columns, budget, written, move |slice, budget| inner.advance(slice, budget))
     }
 
-    /// The outputs where the run waits for a source, left limits, after the time; None while it goes by
-    /// implicit steps.
-    fn sample<'py>(&mut self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.inner.at_wait().map(|row| PyArray1::from_vec(py, row))
+    /// The outputs where the run waits for a source, left limits, after the time; at the `begin` of the run
+    /// right limits, None where it begins with implicit steps.
+    #[pyo3(signature = (begin=false))]
+    fn sample<'py>(&mut self, py: Python<'py>, begin: bool) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.inner.at_wait(begin).map(|row| PyArray1::from_vec(py, row))
     }
 
     fn failure<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -128,6 +129,12 @@ impl PyModewise {
     /// Whether points are left for the certificate.
     fn watch(&mut self, watches: bool) {
         self.inner.watch(watches);
+    }
+
+    /// Keeps also what only checks of rows and of turning gates need; call it before the start.
+    fn watch_closely(&mut self) {
+        self.inner.watch_closely();
+        self.written.begin();
     }
 
     /// Lets the balance of energy of an auditor go with the run.
@@ -223,8 +230,7 @@ impl PyModewise {
 
     /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
     fn turns(&self) -> Vec<TurnSpec> {
-        let turns = self.inner.log.turns.kept.iter();
-        turns.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
+        turn_specs(&self.inner.log.turns)
     }
 
     /// Changes of pairs as (time, pair, conducts from then on).

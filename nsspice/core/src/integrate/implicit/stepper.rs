@@ -195,6 +195,11 @@ impl Stepper {
         &self.switching.turns
     }
 
+    /// Keeps also what only checks of turning gates need.
+    pub fn watch_closely(&mut self) {
+        self.switching.turns.wanted = true;
+    }
+
     /// State of each switch's gate.
     pub fn gate_states(&self) -> &[bool] {
         &self.switching.gates

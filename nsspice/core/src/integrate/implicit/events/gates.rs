@@ -93,14 +93,11 @@ impl Gates<'_> {
     /// the sources would do to their old states.
     pub(in crate::integrate) fn throw_by_sources(&mut self) {
         let turned = self.turned_by_sources();
-        if turned.is_empty() {
-            return;
+        if self.switching.turns.open() && !turned.is_empty() {
+            let z = self.with_controls();
+            turned.iter().for_each(|&k| self.note_turn(k, &z));
         }
-        let z = self.with_controls();
-        for k in turned {
-            self.note_turn(k, &z);
-            self.throw(k);
-        }
+        turned.into_iter().for_each(|k| self.throw(k));
     }
 
     /// Whether the sources u0 turn a switch.
