@@ -103,14 +103,14 @@ def nothing_kept():
 
 def read(text: str, patience: float = PATIENCE) -> None:
     """Parse a text: it either works or says why not, and soon."""
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         findings = parse_text(text, directory=Path("nowhere")).warnings
         severity = "warning"
     except NetlistError as error:
         findings = error.diagnostics
         severity = "error"
-    assert time.perf_counter() - start < patience
+    assert time.process_time() - start < patience
     assert findings or severity == "warning"
     for finding in findings:
         assert finding.code.startswith("NS1")
@@ -271,11 +271,11 @@ def test_very_long_lines(line: str) -> None:
     ],
 )
 def test_bombs_are_named_and_soon(text: str, code: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(NetlistError) as caught:
         parse_text("title\n" + text)
     assert code in [d.code for d in caught.value.diagnostics]
-    assert time.perf_counter() - start < 30.0
+    assert time.process_time() - start < 30.0
 
 
 def test_a_long_chain_of_parameters_needs_no_recursion() -> None:

@@ -186,9 +186,9 @@ def test_sixty_points_are_milliseconds() -> None:
     nsspice.ac(network, grid)
     best = 1.0
     for _ in range(5):
-        begin = time.perf_counter()
+        begin = time.process_time()
         nsspice.ac(network, grid)
-        best = min(best, time.perf_counter() - begin)
+        best = min(best, time.process_time() - begin)
     assert best < 0.05
 
 

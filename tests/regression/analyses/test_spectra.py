@@ -184,7 +184,7 @@ Vg g 0 PULSE(-1 1 0 0 0 4u 10u)
     [
         ([".tran 1u 1m", ".four v(a)"], "needs the frequency"),
         ([".tran 1u 1m", ".four 10 v(a)"], "longer than the run"),
-        ([".pss", ".four 1.5k v(a)"], "no multiple"),
+        ([".pss", ".four 1.5k v(a)"], "not a multiple"),
     ],
 )
 def test_what_has_no_spectrum_is_told(lines: list[str], words: str) -> None:

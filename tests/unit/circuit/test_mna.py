@@ -129,9 +129,9 @@ def test_large_circuits_are_assembled_in_linear_time():
         text += [f"D{k} n{k} n{k + 1} dm", f"C{k} n{k + 1} 0 1u"]
     text.append(".model dm d(ron=0.1 roff=1g)")
     deck = parse_text("\n".join(text))
-    start = time.perf_counter()
+    start = time.process_time()
     mna = build(deck).islands[0].assemble()
-    assert time.perf_counter() - start < 20.0
+    assert time.process_time() - start < 20.0
     assert (mna.system.n, mna.system.m) == (2002, 2000)
 
 

@@ -23,7 +23,7 @@ R1 c 0 1k
 
 
 @pytest.fixture
-def runs(monkeypatch):
+def runs(monkeypatch, clock):
     """Let each controlled run seem to take 5 s; return the tolerances in the order of the runs.
 
     ``runs.fails`` are tolerances at which it finds no solution.
@@ -114,7 +114,7 @@ Rleak out 0 1meg
 
 
 @pytest.fixture
-def slow_runs(monkeypatch):
+def slow_runs(monkeypatch, clock):
     """Let controlled runs that are tighter than 1e-5 take too long; return the tolerances tried."""
     run, seen = Problem.run, []
 
@@ -134,7 +134,7 @@ def test_where_tight_runs_take_too_long_the_loosest_comes_first(slow_runs):
     deck = RECTIFIER.replace("IS=1e-12", "ideal Vfwd=0.7")
     reference = make_reference(Problem.of(nsspice.read(deck)))
     assert slow_runs == [1e-7, 1e-3, 1e-4, 1e-5, 1e-6]
-    assert "by the exact mode-wise engine" in reference.how
+    assert "the exact mode-wise engine" in reference.how
     assert "reltol 1e-05" in reference.how
     assert [run.tolerance for run in reference.runs] == [1e-3, 1e-4, 1e-5]
     assert 0.0 < reference.error < 1e-2
