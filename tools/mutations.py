@@ -82,10 +82,10 @@ def decks() -> Iterator[tuple[str, str]]:
     sys.path.insert(0, str(ROOT / "tests"))
     from random import Random
 
-    import random_event_decks
-    from fired_at_rest import FIRED_AT_REST
-    from random_circuits import generate
-    from random_converters import converter
+    from decks import random_events
+    from decks.fired_at_rest import FIRED_AT_REST
+    from decks.random_circuits import generate
+    from decks.random_converters import converter
 
     for name in COLLECTION:
         yield name, (ROOT / "netlists" / f"{name}.net").read_text()
@@ -93,8 +93,8 @@ def decks() -> Iterator[tuple[str, str]]:
     for seed in CONVERTERS:
         yield f"converter {seed}", converter(seed)
     for seed in EVENTS:
-        yield f"gated load {seed}", random_event_decks.gated_load(Random(seed))
-        yield f"zener chain {seed}", random_event_decks.zener_chain(Random(seed))
+        yield f"gated load {seed}", random_events.gated_load(Random(seed))
+        yield f"zener chain {seed}", random_events.zener_chain(Random(seed))
     for seed in JUMPS:
         yield f"impulsive {seed}", generate("impulsive", seed).text
 

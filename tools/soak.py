@@ -2,10 +2,11 @@
 
     python tools/soak.py --first 20000 --count 625 --workers 2 --store soak.jsonl
 
-Each of the eight hard classes of ``tests/random_circuits.py`` is drawn with the seeds from FIRST
-on, 5000 netlists with the default count.  Truth is the linear feasibility of each step, decided by
-another solver (``tests/property/test_random_networks.py``); every run is then repeated as a user's
-and must be certified.  Finished seeds are kept in the store, so that an interrupted soak goes on.
+Each of the eight hard classes of ``tests/decks/random_circuits.py`` is drawn with the seeds from
+FIRST on, 5000 netlists with the default count. Truth is the linear feasibility of each step,
+decided by another solver (``tests/property/test_random_networks.py``); every run is then repeated
+as a user's and must be certified. Finished seeds are kept in the store, so that an interrupted soak
+goes on.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "property")]
 
 def one(kind: str, seed: int) -> dict[str, object]:
     """Check one netlist; return what happened."""
-    from random_circuits import generate
+    from decks.random_circuits import generate
     from test_random_networks import check
 
     import nsspice
@@ -57,7 +58,7 @@ def main() -> int:
     parser.add_argument("--store", type=Path, default=Path("soak.jsonl"))
     parser.add_argument("--seconds", type=float, default=float("inf"))
     args = parser.parse_args()
-    from random_circuits import CLASSES
+    from decks.random_circuits import CLASSES
 
     done = []
     if args.store.exists():

@@ -22,11 +22,12 @@ CASES = [
 CHILD = """
 import json, resource, sys, time
 sys.path.insert(0, sys.argv[1])
-import large_decks, nsspice
+import nsspice
+from decks import large
 kind, size, steps, h = sys.argv[2], int(sys.argv[3]), int(sys.argv[4]), float(sys.argv[5])
 signal = "v(n0_5)" if kind == "mesh" else "v(p0,m0)"
 begin = time.perf_counter()
-circuit = nsspice.read(getattr(large_decks, kind)(size))
+circuit = nsspice.read(getattr(large, kind)(size))
 read = time.perf_counter()
 run = nsspice.tran(circuit, steps * h, h, step=h, uic=True, signals=[signal])
 end = time.perf_counter()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_circuits import STEPS, generate
+from decks.random_circuits import STEPS, generate
 
 import nsspice
 

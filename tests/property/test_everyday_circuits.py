@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import everyday_circuits
 import numpy as np
 import pytest
+from decks import everyday_circuits
 
 import nsspice
 from nsspice.errors import InfeasibleError, TopologyError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import SECONDARY, half_bridge
+from decks.converter_parts import SECONDARY, half_bridge
 
 import nsspice
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import PUSH_PULL, RESONANT, half_bridge
+from decks.converter_parts import PUSH_PULL, RESONANT, half_bridge
 
 import nsspice
 

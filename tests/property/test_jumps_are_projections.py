@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from random_circuits import Draft, generate, mix
+from decks.random_circuits import Draft, generate, mix
 from scipy.optimize import nnls
 
 import nsspice

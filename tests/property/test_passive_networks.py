@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from circuit_strategies import Network, Part, hard_circuits, networks
+from decks.circuit_strategies import Network, Part, hard_circuits, networks
 from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from oracle import residual

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_blocks import block_deck
+from decks.random_blocks import block_deck
 
 import nsspice
 from nsspice.errors import NumericalError

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_controllers import controller_deck
+from decks.random_controllers import controller_deck
 
 import nsspice
 from nsspice.devices.expressions import behavioural

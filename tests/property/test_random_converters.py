@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from random_converters import converter
+from decks.random_converters import converter
 
 import nsspice
 from nsspice.analyses.studies.refinement import stored_quantities

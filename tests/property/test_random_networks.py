@@ -11,11 +11,11 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from decks.random_circuits import CLASSES, STEPS, RandomCircuit, generate
 from oracle import Mlcp, Network, Undecided, feasible, residual
 from oracle.exact import provably_solvable, proved
 from oracle.harness import Step, march, named_part
 from oracle.plain_mna import read
-from random_circuits import CLASSES, STEPS, RandomCircuit, generate
 
 import nsspice
 from nsspice.circuit import MnaSystem

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import pytest
-from resting_decks import Deck, deck, disagreements
+from decks.resting import Deck, deck, disagreements
 
 
 def _all_agree(seeds: Iterable[int], method: str | None = None) -> None:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from decks.textbook_circuits import CIRCUITS, textbook_deck
 from oracle.rows.flat_deck import FlatDeck, read
 from oracle.rows.judge import violations
 from oracle.rows.written import FLOOR, Rows
-from textbook_circuits import CIRCUITS, textbook_deck
 
 import nsspice
 

@@ -1,13 +1,12 @@
 """Verdicts on random problems, each attacked: what holds must not be refuted, nor what fails hold.
 
-See ``tests/verdict_problems.py`` for the problems and the attempts.
+See ``tests/decks/verdict_problems.py`` for the problems and the attempts.
 """
 
 from __future__ import annotations
 
 import pytest
-
-from ..verdict_problems import MAKERS, false_verdicts
+from decks.verdict_problems import MAKERS, false_verdicts
 
 EVERYDAY = 20  #: of each kind
 

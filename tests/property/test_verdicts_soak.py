@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-
-from ..verdict_problems import false_verdicts
+from decks.verdict_problems import false_verdicts
 
 PROBLEMS, PART = 2000, 100
 

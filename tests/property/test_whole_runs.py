@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from circuit_strategies import Network, Part, hard_circuits, networks
+from decks.circuit_strategies import Network, Part, hard_circuits, networks
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -69,7 +69,7 @@ def test_superposition_in_a_fixed_mode(network, factor):
 
 @pytest.mark.parametrize("kind", ["bridge", "multiplier"])
 def test_two_runs_are_identical_bit_by_bit(kind):
-    from random_circuits import generate
+    from decks.random_circuits import generate
 
     random = generate(kind, 31)
     tables = []

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from decks.random_circuits import CLASSES, generate
 from oracle.modewise import Check
-from random_circuits import CLASSES, generate
 
 import nsspice
 from nsspice.errors import NsspiceError

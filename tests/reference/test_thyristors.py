@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fired_at_rest import FIRED_AT_REST
+from decks.fired_at_rest import FIRED_AT_REST
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle.agreement import compare

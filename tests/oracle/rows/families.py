@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from random import Random
 
-import everyday_circuits
-import random_circuits
-import random_event_decks
-import resting_decks
-from random_blocks import block_deck
-from random_controllers import controller_deck
-from random_converters import converter
+from decks import everyday_circuits, random_circuits, random_events, resting
+from decks.random_blocks import block_deck
+from decks.random_controllers import controller_deck
+from decks.random_converters import converter
 
 Family = Callable[[int], str]
 
@@ -25,11 +22,11 @@ FAMILIES: dict[str, Family] = {
     "smooth converter": lambda seed: converter(seed, smooth=True),
     "controller": controller_deck,
     "blocks": block_deck,
-    "zener chain": lambda seed: random_event_decks.zener_chain(Random(seed)),
-    "gated load": lambda seed: random_event_decks.gated_load(Random(seed)),
-    "transformer": lambda seed: random_event_decks.perfect_transformer(Random(seed)),
+    "zener chain": lambda seed: random_events.zener_chain(Random(seed)),
+    "gated load": lambda seed: random_events.gated_load(Random(seed)),
+    "transformer": lambda seed: random_events.perfect_transformer(Random(seed)),
     "everyday": everyday_circuits.ideal,
     "everyday smooth": everyday_circuits.smooth,
-    "thresholds": lambda seed: resting_decks.deck(seed).text,
+    "thresholds": lambda seed: resting.deck(seed).text,
     **{kind: _random_circuit(kind) for kind in random_circuits.CLASSES},
 }

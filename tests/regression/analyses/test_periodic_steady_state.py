@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
-from scipy.optimize import brentq, fsolve
-
-import nsspice
-from tests.steady_decks import (
+from decks.steady import (
     DISCONTINUOUS,
     LLC,
     PHASE_SHIFTED,
     SERIES_RESONANT,
     THREE_PHASE,
 )
+from scipy.linalg import expm
+from scipy.optimize import brentq, fsolve
+
+import nsspice
 
 NETLISTS = Path(__file__).parents[3] / "netlists"
 

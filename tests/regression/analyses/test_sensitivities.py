@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from decks.steady import DISCONTINUOUS, LLC
 
 import nsspice
-from tests.steady_decks import DISCONTINUOUS, LLC
 
 LOSSY = """Boost with losses and a comparator that sees the output
 Vin in 0 12

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chattering_deck import MODULATOR, late_but_sound
-from ideal_transformer import IDEAL_TRANSFORMER
+from decks.chattering import MODULATOR, late_but_sound
+from decks.ideal_transformer import IDEAL_TRANSFORMER
 
 import nsspice
 from nsspice.errors import UsageError

@@ -9,7 +9,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from large_decks import bridges_on_a_grid, mesh, separate_bridges
+from decks.large import bridges_on_a_grid, mesh, separate_bridges
 
 import nsspice
 

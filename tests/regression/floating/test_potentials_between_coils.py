@@ -9,7 +9,7 @@ of the exact engine, with an ideal diode that blocks all the time.
 
 import numpy as np
 import pytest
-import random_converters
+from decks import random_converters
 
 import nsspice
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import BRIDGE, SECONDARY
+from decks.converter_parts import BRIDGE, SECONDARY
 
 import nsspice
 

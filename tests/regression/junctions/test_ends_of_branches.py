@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from regulator_deck import REGULATOR
+from decks.regulator import REGULATOR
 
 import nsspice
 

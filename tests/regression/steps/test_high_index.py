@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from index_three_deck import INDEX_THREE
+from decks.index_three import INDEX_THREE
 
 import nsspice
 

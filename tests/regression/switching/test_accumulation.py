@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from chattering_deck import late_but_sound
-from output_points import told
+from decks.chattering import late_but_sound
+from decks.output_points import told
 
 import nsspice
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 import pytest
-from index_three_deck import INDEX_THREE
-from output_points import told
+from decks.index_three import INDEX_THREE
+from decks.output_points import told
 
 import nsspice
 from nsspice.analyses.certificate.failure import unbounded

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ideal_transformer import IDEAL_TRANSFORMER
+from decks.ideal_transformer import IDEAL_TRANSFORMER
 
 import nsspice
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import BRIDGE, PUSH_PULL
+from decks.converter_parts import BRIDGE, PUSH_PULL
 
 import nsspice
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from converter_parts import BRIDGE, RESONANT, SECONDARY
+from decks.converter_parts import BRIDGE, RESONANT, SECONDARY
 
 import nsspice
 

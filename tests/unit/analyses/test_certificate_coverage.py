@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chattering_deck import CONTROLLED
 from click.testing import CliRunner
+from decks.chattering import CONTROLLED
 
 import nsspice
 from nsspice.analyses.certificate.island_check import Examiner

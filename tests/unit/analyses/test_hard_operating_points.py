@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from regulator_deck import REGULATOR
+from decks.regulator import REGULATOR
 
 import nsspice
 from nsspice.analyses.static import dc_points as points

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chattering_deck import MODULATOR
+from decks.chattering import MODULATOR
 
 import nsspice
 

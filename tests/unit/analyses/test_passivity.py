@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from chattering_deck import CONTROLLED
+from decks.chattering import CONTROLLED
 
 import nsspice
 

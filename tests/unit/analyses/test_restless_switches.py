@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from chattering_deck import late_but_sound
+from decks.chattering import late_but_sound
 
 import nsspice
 from nsspice.analyses.request.settings import Settings

@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 import pytest
+from decks.smooth_networks import VT, Network, dc
 from scipy.optimize import brentq
 from scipy.special import lambertw
-from smooth_networks import VT, Network, dc
 
 from nsspice.problems import Functional, Waveform
 from nsspice.solvers.moreau import MoreauStepper

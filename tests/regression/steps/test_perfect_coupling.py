@@ -12,7 +12,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from random_event_decks import perfect_transformer
+from decks.random_events import perfect_transformer
 
 import nsspice
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from hypothesis import strategies as st
-from random_circuits import CLASSES, generate
+
+from decks.random_circuits import CLASSES, generate
 
 #: values are short so that a shrunk example reads well
 RESISTANCES = (1.0, 10.0, 220.0, 1000.0)

@@ -10,7 +10,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from random_event_decks import zener_chain
+from decks.random_events import zener_chain
 
 import nsspice
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fired_at_rest import FIRED_AT_REST
+from decks.fired_at_rest import FIRED_AT_REST
+from decks.random_converters import converter
 from oracle.agreement import compare
-from random_converters import converter
 
 import nsspice
 from nsspice.analyses.studies.refinement import stored_quantities

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chattering_deck import CHATTER, late_but_sound
 from click.testing import CliRunner
-from output_points import told
+from decks.chattering import CHATTER, late_but_sound
+from decks.output_points import told
 
 import nsspice
 from nsspice.cli.app import app

@@ -12,7 +12,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from random_event_decks import gated_load, zener_chain
+from decks.random_events import gated_load, zener_chain
 
 import nsspice
 
