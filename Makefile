@@ -12,6 +12,8 @@ BIN    := $(VENV)/bin
 CRATE  := nsspice/core/Cargo.toml
 # cargo test links a small program against libpython: let it find the one of the environment
 export PYO3_PYTHON := $(abspath $(BIN)/python)
+# the tests start many processes: each would compile the package again
+export PYTHONDONTWRITEBYTECODE :=
 LIBPYTHON = $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR") or "")')
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 

@@ -31,6 +31,8 @@ _HALVINGS = 40
 _SEARCH = 600
 #: beyond this modulus rounding of the data moves the unknown by more than its sixth digit
 _STEEP = 1e-6 / 2.0**-53
+#: points of a path whose matrices are looked at together
+_BLOCK = 512
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,25 +189,36 @@ def _check_regular(static: Static, grid: Floats, z: Floats, lam: Floats) -> None
     full = np.zeros((n + m, n + m))
     full[:n, :n], full[:n, n:] = system.G.dense(), system.A.dense()
     full[n:, :n], full[n:, n:] = -system.B.dense(), system.D.dense()
-    unit, before = np.eye(n + m), 0.0
     slopes = _slopes(static, grid, z)
     on, off = index_sets(system, z, lam)
-    for k, time in enumerate(grid.tolist()):
-        piece = full.copy()
+    sides = np.any(~on & ~off, axis=1)
+    before = 0.0
+    for first in range(0, grid.size, _BLOCK):
+        block = slice(first, first + _BLOCK)
+        pieces = np.repeat(full[None], grid[block].size, axis=0)
         if system.smooth is not None:
-            piece[:n, :n] += system.smooth.F.dense() @ slopes[k]
-        blocked = n + np.flatnonzero(~on[k] & off[k])
-        between = bool(np.any(~on[k] & ~off[k]))
-        piece[:, blocked] = unit[:, blocked]
-        regular = inverses(piece[None]) is not None
-        sign = float(np.linalg.slogdet(piece)[0]) if regular else 0.0
-        if between:  # any side of the pairs will do, if one of them has an inverse
-            sign = sign if regular else before
-        elif not regular or (before and sign != before):
-            _, unknown = _modulus(static, z[k], lam[k], time)
-            here = time if not regular or k == 0 else float(0.5 * (grid[k - 1] + grid[k]))
-            raise RegularityLost(here, unknown, np.inf)
-        before = sign
+            pieces[:, :n, :n] += system.smooth.F.dense() @ slopes[block]
+        point, pair = np.nonzero(~on[block] & off[block])
+        pieces[point, :, n + pair] = np.eye(n + m)[n + pair]
+        for k, sign in enumerate(_orientations(pieces).tolist(), first):
+            if sides[k]:  # any side of the pairs will do, if one of them has an inverse
+                before = sign or before
+                continue
+            if not sign or before * sign < 0.0:
+                time = float(grid[k])
+                _, unknown = _modulus(static, z[k], lam[k], time)
+                here = time if not sign or k == 0 else float(0.5 * (grid[k - 1] + grid[k]))
+                raise RegularityLost(here, unknown, np.inf)
+            before = sign
+
+
+def _orientations(pieces: Floats) -> Floats:
+    """Return the signs of the determinants of matrices, 0 for a singular one."""
+    if inverses(pieces) is not None:
+        return np.asarray(np.linalg.slogdet(pieces)[0])
+    if len(pieces) == 1:
+        return np.zeros(1)
+    return np.concatenate([_orientations(half) for half in np.array_split(pieces, 2)])
 
 
 def _slopes(static: Static, grid: Floats, z: Floats) -> Floats:

@@ -86,7 +86,7 @@ def test_positive_definite_lcp_has_its_one_solution(seed):
 @pytest.mark.parametrize("integer", [False, True])
 def test_monotone_mlcp_is_solved_exactly_if_it_is_feasible(integer):
     solvable = 0
-    for seed in range(80):
+    for seed in range(40):
         p = monotone_mlcp(np.random.default_rng([2, integer, seed]), integer)
         try:
             solve(p)
@@ -97,7 +97,7 @@ def test_monotone_mlcp_is_solved_exactly_if_it_is_feasible(integer):
         got = by_core(p)
         assert got.solved, f"seed {seed}"
         assert residual(p, got.z, got.lam) <= 1e-10, f"seed {seed}"
-    assert solvable >= 25
+    assert solvable >= 12
 
 
 def test_problems_that_only_enumeration_proves_unsolvable():

@@ -132,9 +132,11 @@ def survey(kind: str, seeds: range, counts: Counter[str]) -> list[str]:
 @pytest.mark.parametrize("kind", CLASSES)
 def test_feasible_steps_are_solved_and_conflicts_are_named(kind):
     counts: Counter[str] = Counter()
-    failures = survey(kind, range(SEEDS), counts)
+    # a large one takes as long as twenty others; `make soak` takes 700 of each class
+    seeds = SEEDS // 5 if kind == "large" else SEEDS
+    failures = survey(kind, range(seeds), counts)
     assert not failures, "\n".join(failures)
-    assert counts["solved"] >= 2 * SEEDS
+    assert counts["solved"] >= 2 * seeds
     assert counts["undecided"] <= 0.02 * sum(counts.values()) + 1
 
 
