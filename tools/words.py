@@ -46,7 +46,7 @@ WORDS = {
 ENGLISH = {
     r"stands?(?! (?:for|out|by)\b)": "is, is given, is listed, appears",
     r"tells?|told": "says, reports, shows, determines, distinguishes",
-    r"whatever(?! the sources do)": "for any, regardless of",
+    r"whatever": "for any, regardless of",
     r"belongs? into": "belongs in",
     r"some (?:milli|micro|nano)?(?:seconds|volts|amperes|metres)": "a few milliseconds",
     r"of no importance": "does not matter",

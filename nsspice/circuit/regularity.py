@@ -20,7 +20,7 @@ _GAIN = "efgh"
 
 @dataclass(frozen=True, slots=True)
 class DcUniqueness:
-    """Whether a static problem has at most one solution, whatever the sources do.
+    """Whether a static problem has at most one solution, for any values of the sources.
 
     Parameters
     ----------

@@ -4,8 +4,9 @@ Expressions of unknowns, states, multipliers and time are compiled by the same c
 netlists: derivatives are exact, and the compiled circuit engines solve the problems.
 ``docs/how-to/equations.md`` is the introduction, ``docs/gallery/dvi`` has an example of each kind.
 
-Read ``variables`` and ``conditions`` (what a model consists of), ``assembly`` (from equations to
-arrays), then ``dvi`` and ``vi``.  Imports ``analyses`` and everything below it.
+Rooms in the order of reading: ``terms`` (what a model consists of), ``equations`` (from equations
+to arrays), ``runs`` (in time), ``models`` (what a user writes down).  Imports ``analyses`` and
+everything below it.
 
 Examples
 --------
@@ -18,13 +19,17 @@ Examples
 True
 """
 
-from .circuits import from_circuit
-from .conditions import complementarity, contact, equation
-from .dlcp import DLCP, DNCP
-from .dmvi import DMVI
-from .dvi import DVI
-from .errors import RegularityLost
-from .expression import (
+from .equations.conditions import complementarity, contact, equation
+from .equations.point import Point
+from .models.circuits import from_circuit
+from .models.dlcp import DLCP, DNCP
+from .models.dmvi import DMVI
+from .models.dvi import DVI
+from .models.functions import FunctionDVI
+from .models.lcp import LCP, MLCP
+from .models.vi import GE, NCP, VI
+from .terms.errors import RegularityLost
+from .terms.expression import (
     Expr,
     asinh,
     atan,
@@ -41,13 +46,9 @@ from .expression import (
     tan,
     tanh,
 )
-from .functions import FunctionDVI
-from .lcp import LCP, MLCP
-from .point import Point
-from .sets import Box, Cone, Polyhedron, SecondOrderCone
-from .setvalued import Sgn
-from .variables import multiplier, states, unknowns
-from .vi import GE, NCP, VI
+from .terms.sets import Box, Cone, Polyhedron, SecondOrderCone
+from .terms.setvalued import Sgn
+from .terms.variables import multiplier, states, unknowns
 
 __all__ = [
     "DLCP",

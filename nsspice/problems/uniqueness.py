@@ -1,4 +1,4 @@
-"""Whether a static system has at most one solution, whatever the sources do.
+"""Whether a static system has at most one solution, for any values of the sources.
 
 Two solutions of ``K z + A lam = p``, ``w = q - B z + D lam`` differ by a vector d with ``H d = 0``.
 H has some mean slope for every smooth function, and for every pair some r >= 0 (infinity included)

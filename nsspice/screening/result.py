@@ -206,7 +206,7 @@ class EffectsReport:
         return "\n".join([lines[0], head, *notes, *lines[1:]]) + "\n"
 
     def plot(self, path: str | Path | None = None) -> Any:
-        """Draw importance against cost: what is to the right and below may go.
+        """Draw importance against cost: what is to the right and below can be removed.
 
         Returns
         -------

@@ -136,7 +136,9 @@ def test_steps_jump_as_the_exact_engine_does(seed: int):
     random = generate("large", seed)
     exact, *stepped = (
         # the jump is at t = 0: two steps show it
-        nsspice.tran(nsspice.read(random.text), 2.0 * random.step, method=name)
+        nsspice.tran(
+            nsspice.read(random.text), 2.0 * random.step, random.step, method=name, uic=True
+        )
         for name in ("modewise", "moreau", "sdirk")
     )
     for run in stepped:

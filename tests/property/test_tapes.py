@@ -72,7 +72,7 @@ def on_tape(tree: Node) -> TapeBuilder:
     return builder
 
 
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=500, deadline=None)
 @given(TREES, VALUES)
 @example(inv(call("floor", num(-0.0))), dict.fromkeys(SIGNALS, 0.0))  # a zero keeps its sign
 def test_a_tape_has_the_values_of_its_expression(tree: Node, values: dict[str, float]) -> None:

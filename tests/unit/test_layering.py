@@ -39,6 +39,7 @@ ROOMS = {
     "netlist": "findings text expressions deck elements expansion cards parsing",
     "devices": ". heat diodes expressions passive sources switches mosfets transistors",
     "analyses": "signals results request certificate solution static transient steady studies",
+    "dvi": "terms equations runs models",
 }
 
 #: file -> what it may import besides, where a name is looked up when a method is called: writers of

@@ -51,7 +51,7 @@ class SolutionVerdict:
     Parameters
     ----------
     kind : str
-        ``unique`` (proved, whatever the sources do or for their values here), ``locally unique``
+        ``unique`` (proved, for any values of the sources or for those here), ``locally unique``
         (strongly metrically regular: it moves continuously with the sources, others may exist),
         ``several`` (others were found, or some quantity is free), ``not known``.
     reason : str

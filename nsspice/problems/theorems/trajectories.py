@@ -10,9 +10,9 @@ with the same stored quantities at the start
 
 where E is symmetric positive semidefinite, G and the smooth functions are monotone, B = A' and D
 is positive semidefinite: what is stored has one trajectory at most.  A step of length h has one
-solution whatever the sources do if ``M = D + B (E/h + G)^{-1} A`` is a P-matrix; if M is monotone
-it has a solution where the slacks can be made nonnegative, which no ``y >= 0`` with ``M'y <= 0``
-may contradict.
+solution for any values of the sources if ``M = D + B (E/h + G)^{-1} A`` is a P-matrix; if M is
+monotone it has a solution where the slacks can be made nonnegative, which no ``y >= 0`` with
+``M'y <= 0`` may contradict.
 
 Source: M. K. Camlibel, L. Iannelli, F. Vasca, *Passivity and complementarity*, Math. Program. 145
 (2014) 531-563; J.-S. Pang, D. E. Stewart (2008), section 5.
@@ -78,11 +78,11 @@ def one_trajectory(system: DescriptorSystem) -> Verdict:
 
 
 def each_step(system: DescriptorSystem) -> Verdict:
-    """Judge whether each short implicit step has a solution, whatever the sources do.
+    """Judge whether each short implicit step has a solution, for any values of the sources.
 
     A linear system, in all states of its switches, which none of them may decide for itself.
     """
-    claim = "a solution each, whatever the sources do"
+    claim = "a solution each, for any values of the sources"
     if system.n > ROWS:
         return Verdict.undecided(claim, f"more than {ROWS} unknowns")
     if system.smooth is not None:

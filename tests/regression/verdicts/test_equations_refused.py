@@ -146,7 +146,7 @@ def test_a_start_that_an_engine_loses_is_refused(monkeypatch):
     def damaged(assembly, outputs, plan, z0, **options):
         return kept(assembly, outputs, plan, 0.0 * z0, **options)
 
-    monkeypatch.setattr("nsspice.dvi.trajectory.run_interval", damaged)
+    monkeypatch.setattr("nsspice.dvi.runs.trajectory.run_interval", damaged)
     with pytest.raises(nsspice.errors.NumericalError, match="instead of 0"):
         DVI({X: -X + cos(X)}, start={X: 0.5}).run(1.0)
 

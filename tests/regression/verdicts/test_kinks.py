@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import nsspice
-from nsspice.dvi import GE, LCP, VI, Cone, Sgn, maximum, minimum, static, unknowns
+from nsspice.dvi import GE, LCP, VI, Cone, Sgn, maximum, minimum, unknowns
+from nsspice.dvi.equations import static
 
 U = unknowns("u")
 A, B = unknowns("a"), unknowns("b")

@@ -1,7 +1,8 @@
 """Verdicts on circuits whose solutions are known in closed form.
 
-Each deck says how many DC solutions there are, whatever the sources do (at most one, or more for
-some values), and how the solution at the deck's own values is: regular, isolated, one of several.
+Each deck says how many DC solutions there are, for any values of the sources (at most one, or more
+for some values), and how the solution at the deck's own values is: regular, isolated, one of
+several.
 """
 
 from __future__ import annotations

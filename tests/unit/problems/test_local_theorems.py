@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nsspice.dvi import GE, LCP, VI, Cone, Sgn, unknowns
-from nsspice.dvi.static import Static
+from nsspice.dvi.equations.static import Static
 from nsspice.problems.theorems import corollary_2_1, theorem_2_2_6, theorem_2_4
 
 
