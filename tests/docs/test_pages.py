@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
+
+from nsspice.cli.app import app
 
 ROOT = Path(__file__).parents[2]
 #: the pages of equations have a test of their own
@@ -59,11 +60,9 @@ class Page:
         arguments = shlex.split(line.removeprefix("$ nsspice "), comments=True)
         if arguments[0] == "test":
             arguments = [PART.get(word, word) for word in arguments]
-        done = subprocess.run(
-            [sys.executable, "-m", "nsspice", *arguments],
-            cwd=self.folder, capture_output=True, text=True, timeout=600, check=False,
-        )  # fmt: skip
-        assert done.returncode == int(wanted[1] if wanted else 0), f"{line}\n{done.stderr}"
+        # in this process: a process for each line would import everything again
+        done = CliRunner().invoke(app, arguments)
+        assert done.exit_code == int(wanted[1] if wanted else 0), f"{line}\n{done.output}"
 
     def netlist(self, text: str) -> None:
         """A deck of several lines simulates (single lines are examples of a card)."""

@@ -139,7 +139,7 @@ def test_a_rod_above_the_floor_falls_from_where_it_is(mu, angle):
 
 def test_a_start_that_an_engine_loses_is_refused(monkeypatch):
     """Whatever the reason: a run that begins elsewhere is not the run that was asked for."""
-    from nsspice.dvi import engines
+    from nsspice.dvi.runs import engines
 
     kept = engines.run_interval
 
