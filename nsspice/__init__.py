@@ -47,7 +47,9 @@ __all__ = [
     "cost",
     "dc",
     "effects",
+    "gradient",
     "loop",
+    "objective",
     "op",
     "plot",
     "pss",
@@ -62,6 +64,8 @@ __all__ = [
 if TYPE_CHECKING:
     from .analyses import Solution, ac, dc, loop, op, pss, read, run, sens, tran
     from .analyses.request.controller import Controller
+    from .analyses.studies.gradient import gradient
+    from .analyses.studies.objective import objective
     from .analyses.transient.stepwise import start
     from .circuit import Circuit
     from .compare.cost import cost
@@ -103,7 +107,9 @@ _HOME = {
     "cost": ".compare.cost",
     "dc": ".analyses",
     "loop": ".analyses",
+    "objective": ".analyses.studies.objective",
     "effects": ".screening",
+    "gradient": ".analyses.studies.gradient",
     "op": ".analyses",
     "plot": ".output.overlay",
     "pss": ".analyses",

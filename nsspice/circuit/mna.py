@@ -8,7 +8,7 @@ back to elements, nodes and lines.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import NamedTuple
 
@@ -281,6 +281,7 @@ def assemble(
     nodes: Sequence[str],
     conditions: Conditions,
     tree: Mapping[str, str] | None = None,
+    stamper_of: Callable[[Layout], Stamper] = Stamper,
 ) -> MnaSystem:
     """Return the MNA system of an island.
 
@@ -295,10 +296,12 @@ def assemble(
     tree : mapping of str to str, optional
         For each node the one against which its voltage is an unknown: that of
         :func:`spanning_tree` by default, ground for nodes that are left out.
+    stamper_of : callable
+        Makes what the laws write on.
     """
     if tree is None:
         tree = spanning_tree(devices, conditions)
-    stamper = Stamper(Layout(list(nodes), conditions, tree))
+    stamper = stamper_of(Layout(list(nodes), conditions, tree))
     late = [device for device in devices if device.late]
     for device in devices:
         if device.late:

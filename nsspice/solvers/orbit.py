@@ -184,6 +184,9 @@ class PeriodMap:
         For responses and Fourier coefficients.
     stimuli : sequence of int
         Sources that may be perturbed.
+    offsets : sequence of (int, int, float)
+        Sources in the slacks of pairs, and in rows after these in the controls of switches that are
+        below their thresholds, then of those above: row, source, factor.
 
     Raises
     ------
@@ -197,6 +200,7 @@ class PeriodMap:
         period: float | None,
         outputs: Sequence[Functional] = (),
         stimuli: Sequence[int] = (),
+        offsets: Sequence[tuple[int, int, float]] = (),
     ) -> None:
         reason = refusal(system)
         if reason is not None:
@@ -207,7 +211,10 @@ class PeriodMap:
         self._limit = _FIRST_SEARCH
         try:
             self.core = _core.Orbit(
-                compiled(system), [(f.z, f.lam, f.dz, f.u) for f in outputs], list(stimuli)
+                compiled(system),
+                [(f.z, f.lam, f.dz, f.u) for f in outputs],
+                list(stimuli),
+                list(offsets),
             )
         except ValueError as error:
             raise NotModewise(str(error)) from error

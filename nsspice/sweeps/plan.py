@@ -10,12 +10,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .. import __version__
+from ..analyses.request.targets import Target
 from ..analyses.studies.batch import kind_of
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import Deck
 from ..netlist.parsing import parse_text
 from ..netlist.text.source import read_text
-from .targets import Target
 
 
 @dataclass(frozen=True, slots=True)

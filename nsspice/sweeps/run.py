@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..analyses.request.load import read
 from ..analyses.request.notebook_progress import Progress, shown_in_notebook
+from ..analyses.request.targets import nominal, target_of
 from ..analyses.signals.signal_names import unit
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
@@ -17,7 +18,6 @@ from .journal import Journal
 from .plan import Options, Plan, measure_cards
 from .points import How, Points, combined, grid, paired
 from .table import SweepTable
-from .targets import nominal, target_of
 from .worker import Outcome
 
 if TYPE_CHECKING:

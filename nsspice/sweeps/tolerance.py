@@ -11,11 +11,11 @@ import numpy as np
 
 from ..analyses.request.load import need_circuit
 from ..analyses.request.notebook_progress import Progress
+from ..analyses.request.targets import nominal, target_of
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
 from .points import Floats, How, Points, Tolerance, corners, samples
 from .run import sweep
-from .targets import nominal, target_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

@@ -1,7 +1,7 @@
 """Which parameters give the measures wanted.
 
-Runs of the exact engine have no error that a difference of two of them would show: their measures
-are smooth functions of the parameters up to rounding, which Gauss-Newton's method needs.
+Gauss-Newton's method takes the derivatives from one pass backwards through each run.  Where there
+are none, differences do: runs of the exact engine have no error that these would show.
 """
 
 from __future__ import annotations
@@ -11,10 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..analyses.gradients.refusals import UNKNOWN
 from ..analyses.request.load import need_circuit, read_again
 from ..analyses.studies.batch import run
+from ..analyses.studies.objective import Objective
 from ..circuit import Circuit
-from ..errors import Diagnostic, UsageError
+from ..errors import Diagnostic, NsspiceError, UsageError
 from .points import Floats
 
 
@@ -118,27 +120,48 @@ def tune(
     if not names or not wanted or not np.all(low < high):
         message = "tuning needs goals, and parameters with bounds (lower bound first)"
         raise UsageError(Diagnostic("NS4005", message, hint="as in don=0.1:0.9 and v_avg=12"))
-    runs = 0
-
-    def measured(x: Floats) -> dict[str, float]:
-        nonlocal runs
-        runs += 1
-        return measures_of(circuit, dict(zip(names, x.tolist(), strict=True)))
-
-    sizes = {name: abs(goal) or 1.0 for name, goal in wanted.items()}
-
-    def distances(share: Floats) -> Floats:
-        found = measured(low + share * (high - low))
-        _need_measures(found, list(wanted))
-        return np.array([(found[n] - goal) / sizes[n] for n, goal in wanted.items()])
-
+    target = Objective(circuit, wanted, names)
     guess = np.array([circuit.deck.parameters[name] for name in names])
     start = np.where((guess > low) & (guess < high), (guess - low) / (high - low), 0.5)
-    # differences over 1e-6 of the range: half the digits of runs without error
+
+    def point(share: Floats) -> Floats:
+        return np.asarray(low + share * (high - low))
+
+    exact = True
+    differences = 0
+
+    def distances(share: Floats) -> Floats:
+        nonlocal exact, differences
+        if exact:
+            try:
+                return target.values(point(share))
+            except NsspiceError as problem:
+                if problem.diagnostics[0].code not in UNKNOWN:
+                    raise
+                exact = False
+        differences += 1
+        found = measures_of(circuit, dict(zip(names, point(share).tolist(), strict=True)))
+        _need_measures(found, list(wanted))
+        return np.array([(found[n] - goal) / (abs(goal) or 1.0) for n, goal in wanted.items()])
+
+    def slopes(share: Floats) -> Floats:
+        if exact:
+            return np.asarray(target.jacobian(point(share)) * (high - low))
+        step = 1e-6  # of the range: half the digits of runs without error
+        ways = np.where(share < 0.5, step, -step) * np.eye(share.size)
+        here = distances(share)
+        return np.array([(distances(share + way) - here) / way.sum() for way in ways]).T
+
     result = least_squares(
-        distances, start, bounds=(0.0, 1.0), diff_step=1e-6, xtol=1e-15, ftol=1e-15, gtol=1e-15
+        distances, start, slopes, bounds=(0.0, 1.0), xtol=1e-15, ftol=1e-15, gtol=1e-15
     )
-    x = low + result.x * (high - low)
-    found = measured(x)
-    reached = all(abs(found[n] - g) <= reltol * sizes[n] for n, g in wanted.items())
-    return Tuned(dict(zip(names, x.tolist(), strict=True)), found, reached, runs)
+    left = distances(result.x)
+    found = {
+        name: goal + d * (abs(goal) or 1.0)
+        for (name, goal), d in zip(wanted.items(), left.tolist(), strict=True)
+    }
+    if exact:
+        found = dict(target.at(point(result.x)).measures)
+    reached = bool(np.all(np.abs(left) <= reltol))
+    tuned = dict(zip(names, point(result.x).tolist(), strict=True))
+    return Tuned(tuned, found, reached, target.runs + differences)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..analyses.request.request import Neighbour, Request
+from ..analyses.request.targets import check, with_model_values
 from ..analyses.results.loop_report import LoopReport
 from ..analyses.results.loss_table import LossTable
 from ..analyses.solution.refusal import failure_of
@@ -24,7 +25,6 @@ from ..netlist.deck import Sweep
 from ..netlist.text.source import read_text
 from .plan import Plan
 from .points import Floats
-from .targets import check, with_model_values
 
 #: decks that a worker keeps ready
 _READY = 4

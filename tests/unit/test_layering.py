@@ -38,7 +38,8 @@ FOLDERS = {
 ROOMS = {
     "netlist": "findings text expressions deck elements expansion cards parsing",
     "devices": ". heat diodes expressions passive sources switches mosfets transistors",
-    "analyses": "signals results request certificate solution static transient steady studies",
+    "analyses": "signals results request certificate solution static transient steady gradients "
+    "studies",
     "dvi": "terms equations runs models",
 }
 

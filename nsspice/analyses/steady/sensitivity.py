@@ -194,6 +194,8 @@ def _of_island(
     outputs = [*map(mna.functional, names), *drivers]
     places = iter(range(len(names), len(outputs)))
     numbers = [None if p.driver is None else next(places) for p in parameters]
+    # the charges and fluxes whose rates drive
+    outputs += [Functional(z=driver.dz) for driver in drivers]
     if orbit.stepped:
         found = _by_steps(orbit, parameters, outputs, analysis)
     else:
@@ -235,15 +237,20 @@ def _exact(
         period_map = at_orbit(orbit, outputs, stimulated.system, list(stimulated.columns.values()))
     except NoDerivative as problem:
         raise no_derivative(problem, orbit.mna, analysis.span) from problem
-    rated = any(p.driver is not None and p.driver.dz for p in parameters)
-    if rated and period_map.core.jumps():
-        # where its voltage jumps the current of a capacitor has an impulse, no closed form
-        return _by_steps(orbit, parameters, outputs, analysis)
-    flat = period_map.core.sensitivities(numbers)
-    if flat is None:
-        return None
-    means = period_map.core.coefficients(np.zeros(1), 0.0, orbit.found.period)[::2]
-    return flat.reshape(len(outputs), len(parameters)), means
+    period, driving = orbit.found.period, sum(n is not None for n in numbers)
+    drivers = [
+        (k, number, None if number is None else number + driving, 1.0 if number is None else 0.0)
+        for k, number in enumerate(numbers)
+    ]
+    rows = []
+    for place in range(len(outputs) - 2 * driving):
+        window = (place, [0.0, period], 1.0 / period)
+        found = period_map.core.gradient(drivers, True, integrals=[window])
+        if found is None:
+            return None
+        rows.append(found[0])
+    means = period_map.core.coefficients(np.zeros(1), 0.0, period)[::2]
+    return np.array(rows), means
 
 
 def _by_steps(

@@ -289,7 +289,7 @@ def _run_job(
     circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
 ) -> Solution:
     deck = circuit.deck
-    settings = request.settings(deck)
+    request.settings(deck)  # refuses what is impossible
     warnings = [w for w in (foreign_method(deck),) if w is not None]
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
     for sweep, _ in job.steps:
@@ -329,7 +329,7 @@ def _run_job(
         if any(not sens.signals for sens in circuit.deck.sensitivities):
             from .measured_slopes import add_slopes
 
-            add_slopes(circuit, solution, job, request, settings)
+            add_slopes(circuit, solution, job, request)
     if job.steps and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution

@@ -1,38 +1,33 @@
 """Derivatives of measures: what ``.sens`` cards with the names of ``.measure`` cards ask for.
 
-Values at an instant, averages and integrals of a transient that begins with given voltages and
-currents (``uic``) have exact derivatives by elements; all others are extrapolated differences.
+Those of runs by the exact engine come from one pass backwards; where it knows none they are
+extrapolated differences.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...circuit import Circuit
 from ...errors import Diagnostic, NsspiceError, UsageError
-from ...netlist.deck import SensCard, Sweep, TranCard
-from ..request.cards import Tran
+from ...netlist.deck import SensCard, Sweep
+from ..gradients.differentiated import differentiated
+from ..gradients.variation import Decks, Parameter
 from ..request.load import read_again
 from ..request.request import Request
-from ..request.settings import Settings
 from ..request.values import valued
 from ..results.sensitivity import Sensitivity, ranked
 from ..solution.solution import Solution
-from ..transient.blocks import split
-from ..transient.integrable_run import integrals_of
 from .batch import Job, run_job
-from .run_sensitivity import RunSlopes
 from .slopes import slopes
 
 
-def add_slopes(
-    circuit: Circuit, solution: Solution, job: Job, request: Request, settings: Settings
-) -> None:
+def add_slopes(circuit: Circuit, solution: Solution, job: Job, request: Request) -> None:
     """Compute how measures of a run depend on what ``.sens`` cards name; else a warning."""
     for card in circuit.deck.sensitivities:
         if not card.signals:
-            _add(circuit, solution, card, job, request, settings)
+            _add(circuit, solution, card, job, request)
 
 
 def _add(
@@ -41,7 +36,6 @@ def _add(
     card: SensCard,
     job: Job,
     request: Request,
-    settings: Settings,
 ) -> None:
     """Compute how measures of a run depend on what a ``.sens`` card names; else a warning."""
     deck = circuit.deck
@@ -70,29 +64,27 @@ def _add(
             steps = (*(s for s in kept if s[0].name != name), (sweep, value))
         return run_job(other, Job(other.deck.analyses[place], "", steps), plain).measures
 
-    runs = _run_slopes(circuit, job, request, settings)
-
-    def exact(name: str) -> Mapping[str, float]:
-        if runs is None or name not in circuit.element_island or name in deck.parameters:
-            return {}
-        return runs.derivatives((m for m in deck.measures if m.name in wanted), name)
-
     wanted = [name for name in card.names if name in solution.measures]
     others = [n for n in card.names if n not in {m.name for m in deck.measures}]
     if not wanted:
         return  # measures of another analysis
     found: list[Sensitivity] = []
     try:
+        values: dict[str, float] = {}
         for name in [*others, *card.elements] or list(deck.parameters):
             value = _value_of(circuit, name, job)
-            if value == 0.0:
-                if not (others or card.elements):
-                    continue
+            if value != 0.0:
+                values[name] = value
+            elif others or card.elements:
                 hint = "differences are relative to the value: write it as {x - 1} with x=1"
                 raise UsageError(Diagnostic("NS4005", f"{name} is 0", hint=hint))
+        exact = _exact(circuit, solution, job, wanted, list(values))
+        for name, value in values.items():
             nominal = {m: solution.measures[m] for m in wanted}
-            for key, slope in exact(name).items():
-                found.append(Sensitivity(key, name, value, nominal.pop(key), slope))
+            for key in wanted:
+                if (key, name) in exact:
+                    slope = exact[key, name]
+                    found.append(Sensitivity(key, name, value, nominal.pop(key), slope))
             if nominal:
                 found += slopes(measured, nominal, name, value)
     except NsspiceError as problem:
@@ -103,22 +95,30 @@ def _add(
     solution.sensitivities += ranked(found, wanted)
 
 
-def _run_slopes(
-    circuit: Circuit, job: Job, request: Request, settings: Settings
-) -> RunSlopes | None:
-    """Return exact derivatives of a transient; None if it begins with what the elements decide."""
-    card = job.card
-    if not isinstance(card, TranCard) or card.orbit or not card.uic:
-        return None
-    analysis = Tran.from_card(card)
-    if request.stop is not None:
-        analysis = replace(analysis, stop=request.stop)
-    if settings.method not in ("auto", "modewise"):
-        return None
-    blocks = split(circuit, settings, analysis, request)
-    if blocks.links:
-        return None
-    return RunSlopes(integrals_of(blocks, analysis, request))
+def _exact(
+    circuit: Circuit, solution: Solution, job: Job, measures: Sequence[str], names: Sequence[str]
+) -> dict[tuple[str, str], float]:
+    """Return the derivatives of those measures of a run that have exact ones, by those names."""
+    if job.kind not in ("tran", "pss") or job.steps:
+        return {}
+    try:
+        source = differentiated(circuit, solution, job.card, {})
+        by = [Parameter.of(circuit, name) for name in names]
+        table = source.derivatives(measures, by, Decks(circuit))
+    except NsspiceError:
+        # the differences say what can be said; what spoils one may leave the others
+        if len(measures) * len(names) == 1:
+            return {}
+        if len(measures) > 1:
+            parts = [([m], list(names)) for m in measures]
+        else:
+            parts = [(list(measures), [n]) for n in names]
+        return {k: d for part in parts for k, d in _exact(circuit, solution, job, *part).items()}
+    return {
+        (measure, name): float(d)
+        for measure, row in zip(measures, table, strict=True)
+        for name, d in zip(names, row, strict=True)
+    }
 
 
 def _value_of(circuit: Circuit, name: str, job: Job) -> float:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...circuit import Circuit, MnaSystem
 from ...circuit.blocks import Blocks
 from ...problems.descriptor import Functional
 from ...solvers.modewise import ModewiseStepper
@@ -18,7 +19,7 @@ from ..static.initial import start
 from .integrals import Course, Integrals
 
 
-class _First(ModewiseStepper):
+class First(ModewiseStepper):
     """Takes the first state of a run, and does not run."""
 
     charges: Floats
@@ -26,6 +27,19 @@ class _First(ModewiseStepper):
 
     def _start(self, charges: Floats, gates: list[bool], active: list[bool] | None = None) -> None:
         self.charges, self.gates = charges, list(gates)
+
+
+def first_state(circuit: Circuit, mna: MnaSystem, analysis: Tran) -> First:
+    """Return the first state of an island's run."""
+    nothing: list[Functional] = []
+    first = First(mna.system, nothing)
+    step = analysis.solver_step(None)
+    if mna.system.static:
+        first.charges = np.zeros(mna.system.n)
+        first.gates = first.gates_at_start(first.charges, step)
+    else:
+        start(circuit, mna, first, analysis, step)
+    return first
 
 
 def integrals_of(
@@ -51,15 +65,8 @@ def integrals_of(
         if beginning is not None:
             charges, gates = beginning.charges, beginning.gates
         else:
-            nothing: list[Functional] = []
-            first = _First(system, nothing)
-            step = analysis.solver_step(None)
-            if system.static:
-                charges = np.zeros(system.n)
-                gates = first.gates_at_start(charges, step)
-            else:
-                start(circuit, mna, first, analysis, step)
-                charges, gates = first.charges, first.gates
+            first = first_state(circuit, mna, analysis)
+            charges, gates = first.charges, first.gates
         return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
 
     given = request.temperature

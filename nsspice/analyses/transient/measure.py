@@ -121,15 +121,15 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
         except ValueError as why:
             raise NotFound(str(why)) from why
     if operation == "trig_targ":
-        first = _instant(solution, _need(card.first, "TRIG"), card, earlier)
-        return _instant(solution, _need(card.second, "TARG"), card, earlier) - first
+        first = instant(solution, _need(card.first, "TRIG"), card, earlier)
+        return instant(solution, _need(card.second, "TARG"), card, earlier) - first
     if operation == "when":
-        return _instant(solution, _need(card.first, "WHEN"), card, earlier)
+        return instant(solution, _need(card.first, "WHEN"), card, earlier)
     expression = _need(card.expression, "expression")
     if operation in ("find_when", "find_at", "deriv"):
         x = card.at
         if x is None:
-            x = _instant(solution, _need(card.first, "WHEN"), card, earlier)
+            x = instant(solution, _need(card.first, "WHEN"), card, earlier)
         low, high = bounds(solution)
         slack = 1e-12 * max(abs(low), abs(high))
         if not low - slack <= x <= high + slack:
@@ -144,8 +144,8 @@ def _between_events(solution: Solution, card: Measure, earlier: Mapping[str, flo
     """Return a statistic from TRIG to TARG as one between their instants."""
     if not card.conditions or card.operation not in _STATISTICS:
         return card
-    start = card.start if card.first is None else _instant(solution, card.first, card, earlier)
-    stop = card.stop if card.second is None else _instant(solution, card.second, card, earlier)
+    start = card.start if card.first is None else instant(solution, card.first, card, earlier)
+    stop = card.stop if card.second is None else instant(solution, card.second, card, earlier)
     if start is not None and stop is not None and stop < start:
         raise NotFound(f"TARG, at {stop:.6g}, comes before TRIG, at {start:.6g}")
     return card._replace(start=start, stop=stop, first=None, second=None)
@@ -160,7 +160,7 @@ def _param(expression: Expression, earlier: Mapping[str, float]) -> float:
     return float(np.asarray(expression.evaluate({name: earlier[name] for name in names})))
 
 
-def _instant(solution: Solution, cond: Cond, card: Measure, earlier: Mapping[str, float]) -> float:
+def instant(solution: Solution, cond: Cond, card: Measure, earlier: Mapping[str, float]) -> float:
     """Return the abscissa at which a condition holds."""
     if cond.at is not None:
         return cond.at

@@ -51,8 +51,7 @@ C1 b 0 {c} IC=0
         for element, factor in (("r", C), ("c", R)):
             s = found[name, element]
             assert abs(s.derivative - slope * factor) < CLOSE * abs(slope * factor), s
-            assert s.error is not None
-            assert s.error < 1e-7 * abs(s.derivative)
+            assert s.error is None
     assert abs(found["half", "v"].derivative + tau / V) < CLOSE * tau / V  # ln(V/(V - 2.5))
     mean_square = V**2 * (1.0 - 2.0 * tau / t * (1.0 - e) + 0.5 * tau / t * (1.0 - e**2))
     assert abs(found["eff", "v"].derivative - math.sqrt(mean_square) / V) < CLOSE

@@ -50,7 +50,8 @@ C1 b 0 {C} IC=0
             assert s.error is None  # exact
             assert abs(s.derivative - slope * factor) < 1e-12 * abs(slope * factor), s
     assert abs(found["end", "v1"].derivative - (1.0 - e)) < 1e-13
-    assert found["half", "r1"].error is not None  # extrapolated differences
+    assert found["half", "r1"].error is None
+    assert abs(found["half", "r1"].derivative - C * math.log(2.0)) < 1e-12 * C
 
 
 CONVERTERS = {

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.analyses.request.targets import target_of
 from nsspice.sweeps.executors import chunks_of, run_chunks
 from nsspice.sweeps.plan import Options, Plan
-from nsspice.sweeps.targets import target_of
 
 distributed = pytest.importorskip("distributed")
 

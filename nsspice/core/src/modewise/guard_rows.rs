@@ -16,8 +16,10 @@ pub(super) fn guard_rows(
 ) -> Tracked {
     let mut out = impulse_rows(net, on, active, states, algebraic);
     for i in (0..net.m).filter(|&i| !on[i]) {
-        out.value[(i, n)] += net.q[i];
-        out.bound[(i, n)] += net.q[i].abs();
+        for (c, &q) in net.q.row(i).iter().enumerate() {
+            out.value[(i, n + c)] += q;
+            out.bound[(i, n + c)] += q.abs();
+        }
     }
     out
 }
@@ -80,6 +82,10 @@ pub(super) fn control_rows(
         }
         out.value[(s, n)] -= sign * threshold;
         out.bound[(s, n)] += threshold.abs();
+        for &(_, _, c, f) in net.controls.iter().filter(|o| o.0 == s && o.1 == gates[s]) {
+            out.value[(s, n + c)] += sign * f;
+            out.bound[(s, n + c)] += f.abs();
+        }
     }
     out
 }

@@ -178,10 +178,8 @@ impl Mode {
         let force = Matrix::from_fn(size, nv, |i, c| {
             if i < k {
                 net.ns[(i, c)]
-            } else if c == 0 {
-                -net.q[active[i - k]]
             } else {
-                0.0
+                -net.q[(active[i - k], c)]
             }
         });
         // constraints H a = F v with orthonormal rows, enforced through the columns of Hf

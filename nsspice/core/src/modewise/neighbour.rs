@@ -68,8 +68,7 @@ impl Joint {
         let mut right = Tracked::exact(Matrix::from_fn(knn.rows, n + nv, |i, c| match i < k {
             _ if c < n => -kna[(i, c)],
             true => net.ns[(i, c - n)],
-            false if c == n => -net.q[touching[i - k]],
-            false => 0.0,
+            false => -net.q[(touching[i - k], c - n)],
         }));
         for &p in &conducting {
             for i in 0..k {
@@ -80,8 +79,10 @@ impl Joint {
                     for (b, x) in right.bound.row_mut(i).iter_mut().zip(net.split.br.row(p)) {
                         *b += (f * x).abs();
                     }
-                    right.value[(i, n)] += f * net.q[p];
-                    right.bound[(i, n)] += (f * net.q[p]).abs();
+                    add_scaled(&mut right.value.row_mut(i)[n..], f, net.q.row(p));
+                    for (b, q) in right.bound.row_mut(i)[n..].iter_mut().zip(net.q.row(p)) {
+                        *b += (f * q).abs();
+                    }
                 }
             }
         }
@@ -136,9 +137,9 @@ fn guards(
             bound_v.copy_from_slice(&kernel.bound.row(k + at)[n..]);
             (bound_x, scale) = (reach[k + at], 1.0);
         } else {
-            v[0] = -net.q[i];
-            bound_v.fill(0.0);
-            bound_v[0] = net.q[i].abs();
+            for ((v, b), q) in v.iter_mut().zip(&mut bound_v).zip(net.q.row(i)) {
+                (*v, *b) = (-q, q.abs());
+            }
             for (j, &f) in net.split.bn.row(i).iter().enumerate().filter(|f| *f.1 != 0.0) {
                 add_scaled(x, f, kernel_x.row(j));
                 add_scaled(v, f, &kernel.value.row(j)[n..]);

@@ -81,8 +81,11 @@ pub struct Network {
     pub steps: Option<Differences>,
     /// series resistances
     pub d: Matrix,
-    /// constant slack
-    pub q: Vec<f64>,
+    /// slacks by `[1; inputs]`; but for the first column, which is constant, zero in what is simulated
+    pub q: Matrix,
+    /// what inputs add to the controls of switches, in one state of them: switch, whether it is above its threshold,
+    /// column of `[1; inputs]`, factor
+    pub controls: Vec<(usize, bool, usize, f64)>,
     /// `R' S`, `N' S`; first column: all that is constant, then one per input
     pub rs: Matrix,
     /// see `rs`
@@ -336,7 +339,8 @@ impl Network {
             symmetric,
             inductive: !inductive.is_empty(),
             d,
-            q: sys.linear.q.clone(),
+            q: Matrix::from_fn(m, s.cols, |i, c| if c == 0 { sys.linear.q[i] } else { 0.0 }),
+            controls: Vec::new(),
             rs: big_r.transpose_times(&s),
             ns: kernel.transpose_times(&s),
             s,

@@ -76,4 +76,25 @@ impl Prepared {
         let (sys, modes, models) = (Arc::new(sys), Arc::default(), Arc::default());
         Ok(Prepared { sys, reinitialiser, net, switches, inputs, modes, models })
     }
+
+    /// The same with waveforms added to slacks (rows from 0 on) and to the controls of switches, first to those below
+    /// their thresholds, then to those above (rows after the pairs): row, waveform, factor.
+    pub fn with_offsets(mut self, offsets: &[(usize, usize, f64)]) -> Result<Prepared, String> {
+        if offsets.is_empty() {
+            return Ok(self);
+        }
+        let mut net = Network::new(&self.sys, &self.inputs)?;
+        for &(row, waveform, factor) in offsets {
+            for (c, f) in self.inputs.combine(&[(waveform, factor)]).into_iter().enumerate() {
+                if row < net.m {
+                    net.q[(row, c)] += f;
+                } else if f != 0.0 {
+                    let (row, count) = (row - net.m, self.switches.len());
+                    net.controls.push((row % count, row >= count, c, f));
+                }
+            }
+        }
+        (self.net, self.modes) = (Arc::new(net), Arc::default());
+        Ok(self)
+    }
 }

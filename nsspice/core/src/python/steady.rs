@@ -4,7 +4,7 @@ use super::system::{misfit, PySystem};
 use super::{failure_dict, invalid, Floats};
 use crate::dense::{complex, eigen, Complex, Matrix};
 use crate::modewise::Passed;
-use crate::steady::Orbit;
+use crate::steady::{Driver, Goal, Limit, Orbit};
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -19,6 +19,10 @@ pub(super) struct PyOrbit {
 /// Time, outputs before and after, pairs that conduct before and after.
 type Event = (f64, Vec<f64>, Vec<f64>, Vec<usize>, Vec<usize>);
 
+/// By drivers, by charges at the beginning, by instants of sources, by the period.
+type Derivatives<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Vec<(f64, f64)>, f64);
+
 type Complexes<'py> = Bound<'py, PyArray1<f64>>;
 
 /// Real and imaginary parts in turn.
@@ -32,12 +36,15 @@ fn square<'py>(py: Python<'py>, m: &Matrix) -> Bound<'py, PyArray1<f64>> {
 
 #[pymethods]
 impl PyOrbit {
-    /// Stimuli are sources by number.
+    /// Stimuli are sources by number; `offsets` adds some to the slacks of pairs, and in rows after these to the
+    /// controls of switches that are below their thresholds, then of those above: row, source, factor.
     #[new]
+    #[pyo3(signature = (system, outputs, stimuli, offsets=Vec::new()))]
     fn new(
         system: &PySystem,
         outputs: Vec<[Vec<(usize, f64)>; 4]>,
         stimuli: Vec<usize>,
+        offsets: Vec<(usize, usize, f64)>,
     ) -> PyResult<Self> {
         let [n, m, p, _] = system.sizes();
         let inside = |o: &[Vec<(usize, f64)>; 4]| {
@@ -45,13 +52,15 @@ impl PyOrbit {
         };
         let fits = system.waveforms.len() == p
             && outputs.iter().all(inside)
-            && stimuli.iter().all(|&s| s < p);
+            && stimuli.iter().all(|&s| s < p)
+            && offsets.iter().all(|o| o.0 < m + 2 * system.gates.len() && o.1 < p);
         if !fits {
             return Err(misfit());
         }
         let prepared = system.prepared().map_err(invalid)?;
         let (switches, unknowns) = (system.gates.len(), n);
-        Ok(PyOrbit { inner: Orbit::new(prepared, outputs, &stimuli), switches, unknowns })
+        let prepared = prepared.clone().with_offsets(&offsets).map_err(invalid)?;
+        Ok(PyOrbit { inner: Orbit::new(&prepared, outputs, &stimuli), switches, unknowns })
     }
 
     /// Number of energy coordinates.
@@ -129,11 +138,6 @@ impl PyOrbit {
         self.inner.period()
     }
 
-    /// Whether charges or fluxes jump in the last run, which has been differentiated.
-    fn jumps(&self) -> bool {
-        self.inner.jumps()
-    }
-
     /// Segments of the last run.
     fn segments(&self) -> usize {
         self.inner.passages().len()
@@ -178,27 +182,43 @@ impl PyOrbit {
         Ok(found.map(|values| interleaved(py, &values)))
     }
 
-    /// Derivatives of the averages of outputs by the parameters behind the stimuli, output by output; a stimulus
-    /// is driven by an output, or is a constant.
-    fn sensitivities<'py>(
+    /// Derivatives of a sum of weighted integrals, values, products and waves. Drivers are stimulus, output that it
+    /// carries, charge behind the rates in that, constant; values are output, instant, side (-1 and 1 limits at an
+    /// event, 0 at a fixed instant), factor.
+    #[pyo3(signature = (drivers, periodic, integrals=Vec::new(), values=Vec::new(), products=Vec::new(), waves=Vec::new()))]
+    #[allow(clippy::too_many_arguments)] // the parts of a functional
+    fn gradient<'py>(
         &self,
         py: Python<'py>,
-        drivers: Vec<Option<usize>>,
-    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.check(&drivers)?;
-        let found = py.detach(|| self.inner.sensitivities(&drivers));
-        Ok(found.map(|m| PyArray1::from_vec(py, m.data)))
-    }
-
-    /// Derivatives of the outputs at the end of the last run, then of their integrals over it, output by output.
-    fn of_run<'py>(
-        &self,
-        py: Python<'py>,
-        drivers: Vec<Option<usize>>,
-    ) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
-        self.check(&drivers)?;
-        let found = py.detach(|| self.inner.of_run(&drivers));
-        Ok(found.map(|[ends, sums]| PyArray1::from_vec(py, [ends.data, sums.data].concat())))
+        drivers: Vec<(usize, Option<usize>, Option<usize>, f64)>,
+        periodic: bool,
+        integrals: Vec<(usize, [f64; 2], f64)>,
+        values: Vec<(usize, f64, i8, f64)>,
+        products: Vec<(usize, usize, [f64; 2], f64)>,
+        waves: Vec<(usize, [f64; 2], f64, f64, f64)>,
+    ) -> PyResult<Option<Derivatives<'py>>> {
+        let limit = |side: i8| match side {
+            0 => Limit::Fixed,
+            1.. => Limit::Right,
+            _ => Limit::Left,
+        };
+        let values = values.into_iter().map(|(o, t, side, f)| (o, t, limit(side), f)).collect();
+        let goal = Goal { integrals, values, products, waves };
+        let drivers: Vec<Driver> = drivers
+            .into_iter()
+            .map(|(stimulus, output, stored, constant)| Driver {
+                stimulus,
+                output,
+                stored,
+                constant,
+            })
+            .collect();
+        if !self.inner.carries(&goal, &drivers) {
+            return Err(invalid("drivers and functionals name outputs and stimuli"));
+        }
+        let found = py.detach(|| self.inner.gradient(&goal, &drivers, periodic));
+        let array = |list| PyArray1::from_vec(py, list);
+        Ok(found.map(|g| (array(g.drivers), array(g.charges), g.instants, g.period)))
     }
 
     /// Fourier coefficients over a window, by output and order.
@@ -250,15 +270,6 @@ impl PyOrbit {
 }
 
 impl PyOrbit {
-    /// Refuses drivers that are not one for each stimulus.
-    fn check(&self, drivers: &[Option<usize>]) -> PyResult<()> {
-        if self.inner.takes(drivers) {
-            Ok(())
-        } else {
-            Err(invalid("one driver per stimulus, an output each"))
-        }
-    }
-
     fn state<'a>(&self, a: &'a Floats) -> PyResult<&'a [f64]> {
         let a = a.as_slice()?;
         if a.len() == self.inner.states() {

@@ -134,7 +134,7 @@ impl Piece {
         Some([a - c, b - d])
     }
 
-    fn values(&self, point: &Point, out: &mut [f64]) {
+    pub(super) fn values(&self, point: &Point, out: &mut [f64]) {
         for (value, factors) in out.iter_mut().zip(self.bundle.factor.chunks_exact(self.path.slots))
         {
             *value = dot(factors, &point.value);
@@ -154,7 +154,7 @@ impl Piece {
 
     /// Calls for time, weight and terms at all nodes of a quadrature that integrates products of two terms, on
     /// panels of at most a length.
-    fn quadrature(&self, longest: f64, mut visit: impl FnMut(f64, f64, &Point)) {
+    pub(super) fn quadrature(&self, longest: f64, mut visit: impl FnMut(f64, f64, &Point)) {
         let mut point = Point::default();
         let mut t = self.from;
         while t < self.to {
@@ -170,6 +170,11 @@ impl Piece {
             }
             t = end;
         }
+    }
+
+    /// The longest panel for a factor that turns with an angular frequency [s].
+    pub(super) fn longest(omega: f64) -> f64 {
+        REACH / omega.abs()
     }
 
     /// How long the panel that begins at `t` may be.
@@ -195,7 +200,7 @@ impl Piece {
     /// The weighted integral of a term without closed form.
     fn numerically(&self, slot: usize, shift: Complex) -> Complex {
         let mut sum = Complex::default();
-        self.quadrature(REACH / shift.abs(), |t, weight, point| {
+        self.quadrature(Piece::longest(shift.abs()), |t, weight, point| {
             sum = sum + (-shift.scale(t)).exp().scale(weight * point.value[slot]);
         });
         sum

@@ -39,10 +39,12 @@ pub struct Event {
 
 /// A system whose runs are differentiated.
 pub struct Orbit {
-    prepared: Prepared,
+    pub(super) prepared: Prepared,
     pub(super) outputs: Outputs,
     /// outputs with rates, which a jump of the state makes an impulse
     pub(super) rated: Vec<bool>,
+    /// energy coordinates at the beginning of the last run
+    pub(super) origin: Vec<f64>,
     /// stimuli as columns over `[1; inputs]`
     pub(super) stimuli: Matrix,
     /// the last run
@@ -95,6 +97,7 @@ impl Orbit {
         let rows = 1 + prepared.inputs.len();
         Orbit {
             rated: outputs.iter().map(|o| !o[2].is_empty()).collect(),
+            origin: Vec::new(),
             outputs: Outputs::new(outputs, &prepared.net, &prepared.inputs),
             prepared: prepared.clone(),
             stimuli: Matrix::from_fn(rows, columns.len(), |r, c| columns[c][r]),
@@ -108,17 +111,6 @@ impl Orbit {
     /// Number of energy coordinates.
     pub fn states(&self) -> usize {
         self.prepared.net.states
-    }
-
-    /// Whether the energy coordinates jump at an event.
-    pub fn jumps(&self) -> bool {
-        self.events.iter().any(|event| event.jumps)
-    }
-
-    /// Whether there is one driver for each stimulus, an output or a constant.
-    pub fn takes(&self, drivers: &[Option<usize>]) -> bool {
-        let known = |driver: &Option<usize>| driver.is_none_or(|o| o < self.rated.len());
-        drivers.len() == self.stimuli.cols && drivers.iter().all(known)
     }
 
     /// Charges and fluxes from energy coordinates.
@@ -149,6 +141,7 @@ impl Orbit {
         engine.trace();
         self.events.clear();
         self.passages.clear();
+        self.origin = a.to_vec();
         engine.start(&self.charges_of(a), gates, None)?;
         let passed = engine.pass(trigger)?;
         self.passages = engine.take_passages();

@@ -14,7 +14,7 @@ use super::linear::{add_scaled, real_times, solve, CMatrix};
 use super::modal::{course, rates_of_columns};
 use super::orbit::{Event, Orbit};
 use crate::dense::{complex, Complex, Matrix};
-use crate::modewise::mode;
+use crate::modewise::mode::{self, Mode};
 use crate::modewise::outputs::Columns;
 use crate::modewise::Passage;
 
@@ -31,17 +31,23 @@ fn part(columns: &Columns) -> [Matrix; 3] {
 }
 
 impl Orbit {
-    pub(super) fn output_rows(&self, p: &Passage) -> Rows {
-        let rows = self.outputs.rows(&p.mode);
+    /// Outputs in a mode over its modal coordinates, and over `[1; inputs]` and their first and second rates.
+    pub(super) fn rows_of(&self, mode: &Mode) -> (Matrix, [Matrix; 3]) {
+        let rows = self.outputs.rows(mode);
         let [mut x, v, d] = part(&rows.value);
-        let mut stimuli = [v, d, Matrix::zeros(x.rows, self.stimuli.rows)];
+        let mut inputs = [v, d, Matrix::zeros(x.rows, self.stimuli.rows)];
         if let Some(rate) = &rows.rate {
             let [of_x, of_v, of_d] = part(rate);
-            x.add_scaled(1.0, &rates_of_columns(&p.mode, &of_x));
-            stimuli[0].add_scaled(1.0, &of_x.times(&p.mode.drive));
-            stimuli[1].add_scaled(1.0, &of_v);
-            stimuli[2].add_scaled(1.0, &of_d);
+            x.add_scaled(1.0, &rates_of_columns(mode, &of_x));
+            inputs[0].add_scaled(1.0, &of_x.times(&mode.drive));
+            inputs[1].add_scaled(1.0, &of_v);
+            inputs[2].add_scaled(1.0, &of_d);
         }
+        (x, inputs)
+    }
+
+    pub(super) fn output_rows(&self, p: &Passage) -> Rows {
+        let (x, stimuli) = self.rows_of(&p.mode);
         let nominal = self.nominal_rows(p);
         let values = |x: &[f64], v: &[f64]| {
             let (mut d, mut out) = (Vec::new(), vec![0.0; nominal.v.rows]);

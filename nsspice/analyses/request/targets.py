@@ -1,4 +1,4 @@
-"""What the names of a sweep change: parameters, element values, temperature, model parameters."""
+"""What names of sweeps and gradients change: parameters, elements, temperature, models."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
-from ..analyses.request.values import check_value, valued
-from ..circuit import Circuit
-from ..devices import CurrentSource, VoltageSource
-from ..devices.passive.passive import Passive
-from ..errors import Diagnostic, UsageError, suggest
-from ..netlist.deck import Deck, Model, Param
+from ...circuit import Circuit
+from ...devices import CurrentSource, VoltageSource
+from ...devices.passive.passive import Passive
+from ...errors import Diagnostic, UsageError, suggest
+from ...netlist.deck import Deck, Model, Param
+from .values import check_value, valued
 
 _MODEL = re.compile(r"([^()\s]+)\(([^()\s]+)\)")
 _UNITS = {"r": "Ohm", "c": "F", "l": "H", "v": "V", "i": "A"}

@@ -1,0 +1,215 @@
+"""Derivatives of measures by any number of parameters: one run, and one pass backwards for each.
+
+The run is that of the exact engine, recorded segment by segment; the pass is in the core
+(:meth:`nsspice._core.Orbit.gradient`).  It costs the same for one parameter or a hundred.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...circuit import Circuit, MnaSystem
+from ...netlist.deck import TranCard
+from ...solvers.modewise import NotModewise
+from ...solvers.orbit import NoDerivative, PeriodMap, State
+from ..request.cards import Tran
+from ..request.periodic_sources import continued
+from ..request.request import Request
+from ..request.restart_state import with_waveforms
+from ..signals.curve import Floats
+from ..solution.solution import Solution
+from ..transient.blocks import split
+from ..transient.integrable_run import integrals_of
+from ..transient.integrals import Integrals
+from .beginning import Beginning
+from .drivers import Driven, driven
+from .functional import Functional, Linearised
+from .goals import goal_of
+from .instants import moved_instants
+from .refusals import at_a_tie, no_derivative, unbounded, undone
+from .sources import NotDifferentiable, period_by
+from .variation import Decks, Parameter, apart, of_cards, of_island
+
+#: relative difference of derivatives that are not those of one extreme
+_TIE = 1e-6
+#: of a run: what is added to it
+_BEYOND = 2.0**-30
+
+
+class Differentiated:
+    """A solution with the derivatives of its measures.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    solution : Solution
+        Of a transient or a periodic steady state of it, with its measures.
+    integrals : Integrals
+        Of the same run.
+    analysis : Tran or None
+        None of a periodic steady state.
+    """
+
+    def __init__(
+        self, circuit: Circuit, solution: Solution, integrals: Integrals, analysis: Tran | None
+    ) -> None:
+        self._circuit, self._solution, self._integrals = circuit, solution, integrals
+        self._analysis = analysis
+        self._linear = Linearised(circuit, solution)
+
+    def derivatives(
+        self, measures: Sequence[str], parameters: Sequence[Parameter], decks: Decks
+    ) -> Floats:
+        """Return the derivatives of measures by parameters, shape (measures, parameters).
+
+        Raises
+        ------
+        UsageError
+            NS4041, NS4042 where there is none, or none is known.
+        NumericalError
+            NS3068 if a switching has none, with its instant.
+        """
+        functionals = [self._linear[name] for name in measures]
+        ties = [tie for tie in self._linear.ties if tie.measure in measures]
+        functionals += [tie.functional for tie in ties]
+        found = np.zeros((len(functionals), len(parameters)))
+        cards = [of_cards(decks, p, self._solution.analysis) for p in parameters]
+        names = list(dict.fromkeys(n for f in functionals for n in f.signals()))
+        parts = {name: self._circuit.parts(name) for name in names}
+        for home in sorted({h for terms in parts.values() for h, _, _ in terms}):
+            local = {
+                name: [(part, f) for h, part, f in terms if h == home]
+                for name, terms in parts.items()
+            }
+            found += self._of_island(home, local, functionals, parameters, decks, cards)
+        for j, numbers in enumerate(cards):
+            for k, functional in enumerate(functionals):
+                for key, slope in functional.numbers.items():
+                    found[k, j] += slope * numbers[key] if key in numbers else 0.0
+        if np.isnan(found).any():
+            k, j = np.argwhere(np.isnan(found))[0]
+            name = [*measures, *(tie.measure for tie in ties)][k]
+            raise undone(f"{name} has no derivative by it", parameters[j].target.name)
+        for tie, other in zip(ties, found[len(measures) :], strict=True):
+            row = found[measures.index(tie.measure)]
+            sizes = np.abs(np.array([p.value or 1.0 for p in parameters]))
+            if np.abs((row - other) * sizes).max(initial=0.0) > _TIE * np.abs(row * sizes).max(
+                initial=0.0
+            ):
+                raise at_a_tie(tie.measure, tie.times)
+        return found[: len(measures)]
+
+    def _of_island(
+        self,
+        home: int,
+        local: Mapping[str, Sequence[tuple[str, float]]],
+        functionals: Sequence[Functional],
+        parameters: Sequence[Parameter],
+        decks: Decks,
+        cards: Sequence[dict[Any, float]],
+    ) -> Floats:
+        if home in self._integrals.driven:
+            raise undone("an island that another one drives is run by steps", f"island {home + 1}")
+        course = self._integrals.course(home)
+        periodic = self._analysis is None
+        if course.stop is None:
+            raise undone("circuits with a free period are not differentiated", "trigger=")
+        names = list(dict.fromkeys(part for terms in local.values() for part, _ in terms))
+        changed = _continued if periodic else _as_it_is
+        mna = changed(apart(self._circuit, home, course.mna, course.mna.layout.conditions))
+        island_of = self._circuit.element_island
+        changes = [
+            of_island(decks, p, home, mna, names, changed)
+            if p.target.kind != "element" or island_of[p.target.name] == home
+            else {}
+            for p in parameters
+        ]
+        beginning = None
+        if self._analysis is not None:
+            beginning = Beginning(self._circuit, mna, self._analysis)
+        # the segment that begins at the end shows what would be different beyond it
+        stop = course.stop if periodic else course.stop * (1.0 + _BEYOND)
+        try:
+            acting = driven(mna, names, changes, stop)
+            periods = np.zeros(len(parameters))
+            if periodic:
+                periods += [period_by(mna.system.waveforms, change, stop) for change in changes]
+            for numbers, slope in zip(cards, periods.tolist(), strict=True):
+                if slope:
+                    numbers["stop",] = slope
+            core = self._run(course.state, mna, acting, stop).core
+            events = np.array([event[0] for event in core.commutations(periodic)])
+            rows = []
+            for functional in functionals:
+                goal = goal_of(functional, local, names, events, stop)
+                result = core.gradient(acting.drivers, periodic, **goal)
+                if result is None:
+                    raise unbounded()
+                by_drivers, charges, instants, by_period = result
+                row = by_period * periods
+                np.add.at(row, np.array(acting.owners, dtype=np.intp), by_drivers)
+                if beginning is not None:
+                    row += beginning.derivatives(charges, changes)
+                row += moved_instants(mna.system.waveforms, changes, instants, stop, periodic)
+                rows.append(row)
+        except NotDifferentiable as why:
+            raise undone(str(why), "a source") from None
+        return np.array(rows)
+
+    def _run(self, state: State, mna: MnaSystem, acting: Driven, stop: float) -> PeriodMap:
+        try:
+            period_map = PeriodMap(
+                acting.system, stop, acting.outputs, acting.stimuli, acting.offsets
+            )
+            period_map.run(state)
+            period_map.derivative()
+        except NotModewise as reason:
+            raise undone(f"the run has no closed form: {reason}", "the run") from reason
+        except NoDerivative as problem:
+            raise no_derivative(problem, mna) from problem
+        return period_map
+
+
+def _as_it_is(mna: MnaSystem) -> MnaSystem:
+    return mna
+
+
+def _continued(mna: MnaSystem) -> MnaSystem:
+    return with_waveforms(mna, [continued(w) for w in mna.system.waveforms])
+
+
+def differentiated(
+    circuit: Circuit, solution: Solution, card: Any, values: Mapping[str, float]
+) -> Differentiated:
+    """Return a solution whose measures can be differentiated.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    solution : Solution
+    card : TranCard or PssCard
+    values : mapping of str to float
+        Of elements, in place of those of the deck.
+
+    Raises
+    ------
+    UsageError
+        NS4041 if it was found by steps.
+    """
+    request = Request(values=values)
+    if not isinstance(card, TranCard):
+        if solution.integrals is None:
+            raise undone("the steady state was found by steps, without a closed form", ".pss")
+        return Differentiated(circuit, solution, solution.integrals, None)
+    if card.orbit:
+        raise undone("a transient that begins in the steady state is not differentiated", ".tran")
+    settings = request.settings(circuit.deck)
+    if settings.method not in ("auto", "modewise"):
+        raise undone(f"steps of {settings.method} are not differentiated", ".tran")
+    analysis = Tran.from_card(card)
+    blocks = split(circuit, settings, analysis, request)
+    integrals = solution.integrals or integrals_of(blocks, analysis, request)
+    return Differentiated(circuit, solution, integrals, analysis)
