@@ -12,17 +12,17 @@ from oracle.rows.judged_run import METHODS, judged
 #: what no method runs: contradictions, and junctions in closed forms
 BY_NAME = {"NS3001", "NS4020"}
 #: others take minutes, or are listed with seeds of their own
-LEFT_OUT = ("converter", "smooth converter", "large", "multiplier", "blocks")
-SAMPLE = [(family, 60_000) for family in FAMILIES if family not in (*LEFT_OUT, "regular")]
-SAMPLE += [("converter", seed) for seed in (4, 6, 9, 15)]
-SAMPLE += [("regular", 60_001), ("blocks", 3003)]
+LEFT_OUT = ("converter", "smooth converter", "large", "multiplier", "blocks", "regular", "stiff")
+SAMPLE = [(family, 60_000) for family in FAMILIES if family not in LEFT_OUT]
+SAMPLE += [("converter", seed) for seed in (4, 6, 9)]
+SAMPLE += [("regular", 60_001), ("stiff", 60_001), ("blocks", 3003)]
+#: ten seconds and more, of steps with error control
+LONG = [("regular", 60_000), ("stiff", 60_000), ("converter", 15)]
 
 
-#: half a minute of steps with error control
-LONG = [pytest.param("regular", 60_000, marks=pytest.mark.soak)]
-
-
-@pytest.mark.parametrize(("family", "seed"), SAMPLE + LONG)
+@pytest.mark.parametrize(
+    ("family", "seed"), SAMPLE + [pytest.param(*one, marks=pytest.mark.soak) for one in LONG]
+)
 def test_rows_of_certified_runs_are_right(family, seed):
     text = FAMILIES[family](seed)
     for method in METHODS:
