@@ -16,6 +16,10 @@ fn halvings(floor: f64) -> usize {
     -floor.clamp(f64::EPSILON, 1.0).log2().floor() as usize
 }
 
+/// Kinks and jumps of the outputs in a step that are followed, each by halves of halves around it.  Rounding of an
+/// output that is nothing else has one everywhere, and no end of halves.
+const KINKS: usize = 8;
+
 /// Where the rows inside a step come from.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::integrate::sdirk) enum Origin {
@@ -86,12 +90,20 @@ impl Sdirk {
         if let Some([from, to]) = s.recorder.samples.pieces.wanted(start, end) {
             let mut row = vec![0.0; s.recorder.columns()];
             let halvings = halvings(CLEARLY * self.settings.accuracy.relative);
-            self.cut(s, [from, to], &mut row, halvings);
+            let mut halves = 2 * KINKS * halvings;
+            self.cut(s, [from, to], &mut row, (halvings, &mut halves));
         }
     }
 
-    /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs.
-    fn cut(&mut self, s: &mut Stepper, [from, to]: [f64; 2], row: &mut [f64], halvings: usize) {
+    /// Keeps a part of the accepted step, in halves where one polynomial does not follow the outputs: it is halved so
+    /// often at most, the whole step into so many `halves`.
+    fn cut(
+        &mut self,
+        s: &mut Stepper,
+        [from, to]: [f64; 2],
+        row: &mut [f64],
+        (halvings, halves): (usize, &mut usize),
+    ) {
         let mut pieces = std::mem::take(&mut s.recorder.samples.pieces);
         pieces.begin(from, to - from);
         let mut solved = true;
@@ -106,7 +118,7 @@ impl Sdirk {
         }
         let middle = 0.5 * (from + to);
         // where the laws have no solution in the course of a step, halves of it have none either
-        let last = halvings == 0 || !solved || !(from < middle && middle < to);
+        let last = halvings == 0 || *halves == 0 || !solved || !(from < middle && middle < to);
         let floor = CLEARLY * self.settings.accuracy.relative;
         let follows = last || pieces.follows(0.0, floor);
         if last {
@@ -119,8 +131,9 @@ impl Sdirk {
         }
         s.recorder.samples.pieces = pieces;
         if !follows {
-            self.cut(s, [from, middle], row, halvings - 1);
-            self.cut(s, [middle, to], row, halvings - 1);
+            *halves = halves.saturating_sub(2);
+            self.cut(s, [from, middle], row, (halvings - 1, halves));
+            self.cut(s, [middle, to], row, (halvings - 1, halves));
         }
     }
 
