@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from ..analyses.certificate.certificate import MISSED
 from ..analyses.signals.signal_names import unit
 from .si import number
 
@@ -108,6 +109,8 @@ def _certificate(c: Certificate) -> list[str]:
             "  tolerance not met: the control of a chattering switch overshot its threshold by "
             f"{c.late:.2g} times the tolerance before it was sampled"
         )
+    if not c.missed <= MISSED:
+        lines.append(f"  tolerance not met: a step errs by {c.missed:.2g} times what was asked")
     if c.several:
         names = ", ".join(c.several[:_LISTED]) + (", ..." if len(c.several) > _LISTED else "")
         lines.append(

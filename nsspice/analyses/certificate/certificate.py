@@ -16,6 +16,9 @@ TOLERANCE = 1e-8
 TAKEN = 0.1
 #: The same for the implicit steps of the mode-wise engine, whose results pass for exact.
 TAKEN_BESIDE_EXACT = 1e-3
+#: Steps are powers of two of the longest one, and their estimates go with the fourth power: one
+#: that is a level too long errs by up to 2^4 times what was asked, only longer ones by more.
+MISSED = 16.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +51,9 @@ class Certificate:
         How far the control of a switch that chatters, and is therefore looked at now and then
         only, had passed its threshold: the part of its scale, relative to the tolerance.  Of an
         ordinary differential equation how far a step has missed the integral of its rates.
+    missed : float
+        Largest error of a step with error control, as the quadrature of what flows shows it, in
+        units of what was asked.
     skipped : Skipped
         Elements that have not been simulated, since nothing that was asked for depends on them.
     several : tuple of str
@@ -71,6 +77,7 @@ class Certificate:
     taken: float = 0.0
     granted: float = TAKEN
     late: float = 0.0
+    missed: float = 0.0
     skipped: Skipped = field(default_factory=Skipped)
 
     def without(self, skipped: Skipped) -> Certificate:
@@ -97,7 +104,7 @@ class Certificate:
         """True if all errors are below their tolerance (nan is not)."""
         balance = self.energy is None or self.energy.drift <= TOLERANCE
         laws = self.laws <= TOLERANCE and self.complementarity <= TOLERANCE
-        tolerance = self.taken <= self.granted and self.late <= 1.0
+        tolerance = self.taken <= self.granted and self.late <= 1.0 and self.missed <= MISSED
         return laws and balance and self.jumps <= TOLERANCE and tolerance
 
     @property
@@ -113,7 +120,8 @@ class Certificate:
         parts = list(parts)
         if len(parts) == 1:
             return parts[0]
-        laws, complementarity, checks, undetermined, jumps, late = 0.0, 0.0, 0, 0, 0.0, 0.0
+        laws, complementarity, checks, undetermined, jumps = 0.0, 0.0, 0, 0, 0.0
+        late = missed = 0.0
         worst = ""
         energies: list[Energy] = []
         several: list[str] = []
@@ -123,6 +131,7 @@ class Certificate:
             complementarity = _worst(complementarity, part.complementarity)
             jumps = _worst(jumps, part.jumps)
             late = _worst(late, part.late)
+            missed = _worst(missed, part.missed)
             checks += part.checks
             undetermined += part.undetermined
             several += part.several
@@ -145,6 +154,7 @@ class Certificate:
             tuple(several),
             *share,
             late,
+            missed,
         )
 
     @classmethod
@@ -173,6 +183,7 @@ class Certificate:
             "several": list(self.several),
             "taken": self.taken,
             "late": self.late,
+            "missed": self.missed,
             "skipped": list(self.skipped.elements),
             "energy": self.energy.to_dict() if self.energy else None,
             "passed": self.passed,

@@ -1,9 +1,9 @@
 """Whether checks take part in the verdict that still refuse some right runs.
 
-Written rows, first states, signs of impulses and turns of switches see most of what damaged engines
-do wrong, but also fail in right runs whose values are small by chance.  Until they are measured
-everywhere by what rounding leaves there, they are asked for by those who look for faults:
-``tools/mutations.py`` and the tests of these checks.
+Written rows, first states, signs of impulses, turns of switches and errors of steps see most of
+what damaged engines do wrong, but also fail in right runs whose values are small by chance.  Until
+they are measured everywhere by what rounding leaves there, they are asked for by those who look for
+faults: ``tools/mutations.py`` and the tests of these checks.
 """
 
 from __future__ import annotations

@@ -101,6 +101,13 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
             "give them hysteresis (VH), reduce the longest step (the last number of .tran), or "
             "increase --reltol",
         )
+    if replace(c, missed=0.0).passed:
+        return (
+            f"a step errs by {c.missed:.2g} times what was asked: charges (fluxes) do not change "
+            "by the integral of the currents (voltages)",
+            None,
+            "try a smaller --reltol, or a smaller longest step (the last number of .tran)",
+        )
     hint = "try a shorter step; the files are kept; please report this deck"
     if any(island.method in PATH_METHODS for island in solution.islands):
         hint = "path following ends at folds; use --method auto to solve every point"

@@ -314,14 +314,14 @@ class IslandRunner:
         """Return the verdict on the run so far."""
         self.hand_over()
         stats, jumps = self.stepper.statistics, self.stepper.jumps
-        exact = self.method == "modewise"
+        exact, sums = self.method == "modewise", self.stepper.balance
         certificate = self.examiner.certificate(
             int(stats["segments"] + stats["fixed_steps"] if exact else stats["steps"]),
             int(stats["undetermined"]),
             jumps,
             self.charges,
             len(jumps) == stats["jumps"],
-            self.stepper.balance,
+            sums,
             self.stepper.turns,
         )
         energy = certificate.energy
@@ -333,7 +333,8 @@ class IslandRunner:
             taken, granted = energy.share(float(stats["taken"])), TAKEN_BESIDE_EXACT
             certificate = replace(certificate, taken=taken, granted=granted)
         elif self.method == "sdirk" and energy is not None:
-            certificate = replace(certificate, taken=energy.taken)
+            missed = sums["step_error"] if sums is not None and is_strict() else 0.0
+            certificate = replace(certificate, taken=energy.taken, missed=missed)
         if self._first is not None and is_strict():
             missed = self._first.error(0.0 if energy is None else energy.turned)
             certificate = certificate.at_start(missed)

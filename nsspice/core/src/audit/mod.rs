@@ -29,6 +29,7 @@ mod recorded;
 mod rounding;
 pub mod rows;
 mod sources;
+mod step_errors;
 mod steps;
 mod sums;
 
@@ -36,6 +37,7 @@ pub use gates::Gates;
 pub use laws::Auditor;
 pub use recorded::Taken;
 pub use sources::{Described, Sources};
+pub use step_errors::{Asked, ErringStep, Node, NODES, PLACES};
 pub use steps::Steps;
 pub use sums::{Balance, Points, Sums};
 

@@ -14,6 +14,7 @@
 //! kept of a step but the sums.
 
 use super::powers::Powers;
+use super::step_errors::{ErringStep, StepErrors};
 use super::{ratio, Between, TOLERANCE};
 use crate::dense::dot;
 use crate::descriptor::{Linear, Smooth};
@@ -38,6 +39,8 @@ pub struct Balance {
     pub drift: f64,
     /// steps
     pub steps: u64,
+    /// largest error of a recorded step in units of what was asked
+    pub step_error: f64,
 }
 
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
@@ -171,6 +174,7 @@ pub struct Sums {
     residual: Vec<f64>,
     /// of these, what currents of conducting pairs are known to
     known: Vec<f64>,
+    errors: StepErrors,
 }
 
 impl Sums {
@@ -192,6 +196,7 @@ impl Sums {
             missed: [0.0; 2],
             residual: Vec::new(),
             known: Vec::new(),
+            errors: StepErrors::new(linear, between, smooth),
         })
     }
 
@@ -287,6 +292,11 @@ impl Sums {
         }
     }
 
+    /// Finds the error of a recorded step.
+    pub fn recorded(&mut self, step: &ErringStep) {
+        self.errors.take(step);
+    }
+
     /// The state from which a run begins, whose steps are handed over one by one.
     pub fn start(&mut self, z: &[f64]) {
         self.totals.first = None;
@@ -378,6 +388,7 @@ impl Sums {
                 + TOLERANCE * held,
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
             steps: self.totals.steps,
+            step_error: self.errors.result(),
         }
     }
 }

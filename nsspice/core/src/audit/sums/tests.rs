@@ -1,4 +1,5 @@
 use super::*;
+use crate::audit::{Asked, Node, PLACES};
 use crate::structure::Coordinates;
 
 /// The sums of a system in node voltages, whose elements are not known.
@@ -126,4 +127,34 @@ fn a_step_beyond_all_bounds_is_no_measure() {
     for beyond in [0.0, 1.0, 1e3, 1e6] {
         assert!(drift(beyond, 0.0) < TOLERANCE, "{beyond}");
     }
+}
+
+/// Error of a step of 0.1 s of a discharge, of which a thousandth of the range was asked, and whose end is `wrong`.
+fn error_of_a_step(wrong: f64) -> f64 {
+    let mut sums = capacitors(1, 0);
+    sums.start(&[1.0]);
+    let mut z = PLACES.map(|place| [(-0.1 * place).exp()]);
+    z[2][0] *= 1.0 + wrong;
+    let nodes = [0, 1, 2].map(|k| Node { z: &z[k], l: &[], u: &[], f: &[] });
+    let asked = Asked { relative: 1e-3, least: [0.0; 2] };
+    sums.recorded(&ErringStep { asked, end: 0.1, length: 0.1, first: [&[1.0], &[]], nodes });
+    sums.balance(&z[2]).step_error
+}
+
+#[test]
+fn the_error_of_a_step_is_what_its_currents_do_not_bring() {
+    // next to the error of the quadrature up to its inner nodes, which goes with h^4
+    assert!(error_of_a_step(0.0) < 1e-3);
+    // the charge itself, and the ninth of the step that its current has in the quadrature, of the range of the charge
+    // and of what flows
+    let [first, second, end] = PLACES.map(|place| (-0.1 * place).exp());
+    for wrong in [1e-4, 1e-2, -1e-2] {
+        let missed = f64::abs(wrong) * end * (1.0 + 0.1 / 9.0);
+        let last = end * (1.0 + wrong);
+        let flowed = 0.1 * (first + second + last) / 3.0;
+        let expected = missed / (1e-3 * (1.0 - last + flowed));
+        let found = error_of_a_step(wrong);
+        assert!((found - expected).abs() < 1e-4 * expected, "{found} {expected}");
+    }
+    assert!(error_of_a_step(f64::NAN).is_nan());
 }

@@ -3,7 +3,7 @@
 use super::controller::energies::{Energies, Point};
 use super::controller::errors::back;
 use super::controller::node_errors::Nodes;
-use super::controller::stage_equations::StageEquations;
+use super::controller::stage_equations::{Fit, StageEquations};
 use super::controller::step_matrices::LEVELS;
 use super::counters::Counters;
 use super::dense_output::interpolation::Between;
@@ -18,7 +18,7 @@ use super::samples::{no_length, Samples};
 use super::step::Trial;
 use super::visited::Visited;
 use super::{Accuracy, Tableau};
-use crate::audit::Taken;
+use crate::audit::{Asked, Taken, PLACES};
 use crate::instant::Continuous;
 use crate::integrate::implicit::events::impacts::REST;
 use crate::integrate::implicit::failure::Failure;
@@ -497,9 +497,29 @@ impl Sdirk {
         }
     }
 
+    /// Evaluates the points inside the accepted step, up to the part `theta`, at which the certificate finds its error.
+    fn take_nodes(&mut self, s: &mut Stepper, theta: f64) {
+        let Accuracy { relative, energy, .. } = self.settings.accuracy;
+        if relative >= 1.0 || energy || s.recorder.sums.is_none() {
+            return; // no tolerance, or one of energies
+        }
+        for part in &PLACES[..PLACES.len() - 1] {
+            let at = part * theta;
+            let fit = self.trial.evaluate(s, &mut self.stage_equations, self.tableau, at);
+            if fit != Fit::Contradiction {
+                self.shown.samples.node(s, &self.trial, &self.stage_equations);
+            }
+        }
+    }
+
     /// Moves the state to the end of the accepted step.
     fn finish(&mut self, s: &mut Stepper, accepted: Accepted) {
         let (n, m) = (s.state.z.len(), s.state.l.len());
+        let Trial { start, length, .. } = self.trial;
+        let chosen = self.shown.samples.chooses(s, start, accepted.time, length);
+        if chosen {
+            self.take_nodes(s, accepted.theta);
+        }
         if accepted.theta == 1.0 {
             self.trial.take_end(self.tableau);
         } else {
@@ -510,7 +530,14 @@ impl Sdirk {
         }
         let event = accepted.end == End::Event;
         let (trial, stage_equations, tableau) = (&self.trial, &self.stage_equations, self.tableau);
-        self.shown.samples.step(s, trial, stage_equations, tableau, accepted.theta, accepted.time);
+        if chosen {
+            let (theta, end) = (accepted.theta, accepted.time);
+            self.shown.samples.step(s, trial, stage_equations, tableau, theta, end);
+            self.shown.samples.node(s, trial, stage_equations);
+            let Accuracy { relative, voltage, current, .. } = self.settings.accuracy;
+            let asked = Asked { relative, least: [voltage, current] };
+            self.shown.samples.find_errors(s, trial, theta, asked);
+        }
         self.shown.samples.sum_up(s, trial, stage_equations, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown
         let empty = event && no_length(self.trial.start, accepted.time, self.trial.length);

@@ -3,7 +3,7 @@
 use super::controller::stage_equations::StageEquations;
 use super::step::Trial;
 use super::tableau::{Tableau, MOST};
-use crate::audit::{Points, Taken};
+use crate::audit::{Asked, ErringStep, Node, Points, Taken, NODES};
 use crate::integrate::implicit::stepper::Stepper;
 use crate::waveform::INSTANT;
 
@@ -92,6 +92,8 @@ pub struct Samples {
     weights: Option<(&'static Tableau, f64, Weights)>,
     /// scratch: multipliers at the points
     multipliers: Vec<f64>,
+    /// points of the present step at which its error is found, unknowns, multipliers, sources and functions of each
+    nodes: Vec<[Vec<f64>; 4]>,
 }
 
 impl Samples {
@@ -167,7 +169,42 @@ impl Samples {
         );
     }
 
-    /// Takes notice of an accepted step up to `theta` of its length, before the state of `s` moves
+    /// Whether the present step, tried with a length, is recorded; asked once.
+    pub fn chooses(&mut self, s: &Stepper, start: f64, end: f64, tried: f64) -> bool {
+        self.nodes.clear();
+        if no_length(start, end, tried) {
+            self.empty = self.empty.saturating_add(1);
+            return false;
+        }
+        self.seen += 1;
+        let affordable = self.spent + PRICE <= STOCK + self.seen;
+        let chosen = s.recorder.samples.all || s.recorder.samples.watches() && affordable;
+        self.spent += if chosen { PRICE } else { 0 };
+        chosen
+    }
+
+    /// Keeps the point evaluated last as the next of those at which the error of a recorded step is found.
+    pub fn node(&mut self, s: &Stepper, trial: &Trial, stage_equations: &StageEquations) {
+        let (n, m) = (s.state.z.len(), s.state.l.len());
+        let (x, open) = (&trial.at.x, trial.open());
+        let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
+        let l = guards.enumerate().map(|(i, (&g, (&on, &role)))| {
+            stage_equations.resistances.multiplier(i, g, on, role, open)
+        });
+        self.nodes.push([x[..n].to_vec(), l.collect(), trial.at.u.clone(), x[n + m..].to_vec()]);
+    }
+
+    /// Hands these points, the last of them the end of the step, to the certificate.
+    pub fn find_errors(&self, s: &mut Stepper, trial: &Trial, theta: f64, asked: Asked) {
+        let (n, m) = (s.state.z.len(), s.state.l.len());
+        let (Some(sums), [a, b, c]) = (&mut s.recorder.sums, &self.nodes[..]) else { return };
+        let nodes: [Node; NODES] = [a, b, c].map(|[z, l, u, f]| Node { z, l, u, f });
+        let first = [&trial.first[..n], &trial.first[n + m..]];
+        let length = theta * trial.length;
+        sums.recorded(&ErringStep { asked, end: trial.start + length, length, first, nodes });
+    }
+
+    /// Records an accepted step up to `theta` of its length, before the state of `s` moves
     /// to the point of `trial`.
     pub fn step(
         &mut self,
@@ -178,16 +215,6 @@ impl Samples {
         theta: f64,
         end: f64,
     ) {
-        if no_length(trial.start, end, trial.length) {
-            self.empty = self.empty.saturating_add(1);
-            return;
-        }
-        self.seen += 1;
-        let affordable = self.spent + PRICE <= STOCK + self.seen;
-        if !(s.recorder.samples.all || s.recorder.samples.watches() && affordable) {
-            return;
-        }
-        self.spent += PRICE;
         let (n, m) = (s.state.z.len(), s.state.l.len());
         let (stages, h) = (tableau.stages(), trial.length);
         let Weights { own, inner, .. } = self.weights(tableau, theta);
