@@ -95,9 +95,17 @@ class Auditor:
         """Take recorded intervals of continuous solutions into the worst errors."""
         self._core.take_intervals(intervals)
 
-    def check_turns(self, turns: Sequence[Turned]) -> None:
-        """Take gates that have turned, as a stepper reports them, into the worst error of gates."""
-        self._core.take_turns(turns)
+    def check_turns(self, turns: Sequence[Turned], tolerance: float = 0.0) -> None:
+        """Take gates that have turned into the worst error of gates.
+
+        Parameters
+        ----------
+        turns : sequence of tuple
+            As a stepper reports them.
+        tolerance : float
+            To which the steps of the run know instants.
+        """
+        self._core.take_turns(turns, tolerance)
 
     def jump_error(
         self,

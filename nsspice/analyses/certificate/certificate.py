@@ -8,10 +8,8 @@ from typing import Any
 
 from ...circuit.dependencies import Skipped
 from .energy import Energy, worse
-from .written_rows import Violation
+from .written_rows import TOLERANCE, Violation
 
-#: A run whose relative errors stay below this passes.
-TOLERANCE = 1e-8
 #: Steps with error control that have taken a larger share of the energy have not met any tolerance.
 TAKEN = 0.1
 #: The same for the implicit steps of the mode-wise engine, whose results pass for exact.

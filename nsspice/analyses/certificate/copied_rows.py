@@ -2,53 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ... import _core
 from ...solvers.stepper import Stepper
 from ..signals.curve import Floats
 from .energy import worse
+from .node_reach import NodeReach
 from .written_rows import KNOWN, Violation
-
-#: rows have one of so many weights in the sums, as in the core
-_WEIGHTS = 8
 
 
 class CopiedRows:
     """Compares the rows of one island with what its stepper shows of them.
 
     The core adds up each column as rows leave the engine; the table must have the same sums.  The
-    exact engine computes some rows once more from its unknowns, not by the maps of its modes.
+    exact engine computes a row of each mode and some others once more from its unknowns, not by the
+    maps of its modes.
 
     Parameters
     ----------
     stepper : Stepper
     first : int
         The first of its columns among those that are recorded, the time being column 0.
-    currents : sequence of bool
-        Which of them are currents.
+    names : sequence of str
+        Their signals: ``v(n)``, ``i(d)``.
+    reach : NodeReach
+        What rounding of currents makes of voltages, and the other way round.
     """
 
-    def __init__(self, stepper: Stepper, first: int, currents: list[bool]) -> None:
+    def __init__(
+        self, stepper: Stepper, first: int, names: Sequence[str], reach: NodeReach
+    ) -> None:
         self._stepper = stepper
-        self._columns = slice(first, first + len(currents))
-        self._currents = np.array([False, *currents], dtype=bool)
+        self._columns = slice(first, first + len(names))
+        self._currents = np.array([False, *(name[0] == "i" for name in names)])
+        self._reach = reach
+        self._ohms, self._siemens = reach.of_columns(names)
         width = self._currents.size
-        self._count, self._sums = 0, np.zeros(width)
+        self._sums = _core.ColumnSums(first, len(names))
         self._off, self._largest = np.zeros(width), np.zeros(width)
         self._waiting = np.empty((0, width))
-        self._time, self._lost = 0.0, False
+        self._lost = False
 
     def take(self, block: Floats) -> None:
         """Take the next rows: time, then the columns of all islands."""
-        rows = block.shape[0]
-        weights = 1.0 + (self._count + np.arange(rows)) % _WEIGHTS / _WEIGHTS
-        self._count += rows
-        self._sums[0] += weights @ block[:, 0]
-        self._sums[1:] += weights @ block[:, self._columns]
+        self._sums.add(np.ascontiguousarray(block))
         found = self._stepper.take_references()
         if found.shape[0]:
             self._waiting = np.concatenate([self._waiting, found])
-        if rows and self._waiting.shape[0]:
+        if block.shape[0] and self._waiting.shape[0]:
             self._compare(block)
 
     def _compare(self, block: Floats) -> None:
@@ -58,7 +62,8 @@ class CopiedRows:
         once, self._waiting = self._waiting[now], self._waiting[~now]
         at = np.minimum(np.searchsorted(times, once[:, 0]), times.size - 1)
         self._lost |= bool((times[at] != once[:, 0]).any())
-        off = np.abs(block[at, self._columns] - once[:, 1:])
+        with np.errstate(invalid="ignore"):
+            off = np.abs(block[at, self._columns] - once[:, 1:])
         if off.size:
             self._off[1:] = np.maximum(self._off[1:], off.max(axis=0))
             self._largest[1:] = np.maximum(self._largest[1:], np.abs(once[:, 1:]).max(axis=0))
@@ -66,14 +71,24 @@ class CopiedRows:
     def worst(self) -> Violation:
         """Return the worst relative difference."""
         count, sums, sizes = self._stepper.written
-        if count != self._count or self._lost:
+        own, found, _ = self._sums.sums()
+        if count != own or self._lost:
             return Violation(1.0, "what is written", 0.0)
-        error = _largest(np.abs(self._sums[: len(sums)] - sums), np.array(sizes))
+        with np.errstate(invalid="ignore"):
+            error = _largest(np.abs(np.array(found) - sums), np.array(sizes))
+        mean = np.array(sizes) / max(count, 1)
+        largest = np.maximum(self._largest, mean) if mean.size else self._largest
+        volts, amperes = (
+            np.max(largest[1:][kind], initial=0.0)
+            for kind in (~self._currents[1:], self._currents[1:])
+        )
+        siemens = np.maximum(self._siemens, self._reach.conductance)
         rounding = np.zeros_like(self._off)
-        for kind in (self._currents, ~self._currents):
-            rounding[kind] = KNOWN * np.max(self._largest[kind], initial=0.0)
+        rounding[1:] = KNOWN * np.where(
+            self._currents[1:], amperes + siemens * volts, volts + self._ohms * amperes
+        )
         beyond = np.where(self._off > rounding, self._off - rounding, 0.0)
-        other = _largest(np.where(np.isfinite(self._off), beyond, self._off), self._largest)
+        other = _largest(np.where(np.isfinite(self._off), beyond, self._off), largest)
         return Violation(other if worse(other, error) else error, "what is written", 0.0)
 
 

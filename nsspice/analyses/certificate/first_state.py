@@ -9,27 +9,31 @@ import numpy as np
 
 from ...problems.descriptor import DescriptorSystem
 from ..signals.curve import Floats
-
-#: part of the largest values to which a solution is known
-_ROUNDING = 1e-13
+from .charge_paths import unexplained
+from .written_rows import ITERATED, KNOWN
 
 
 @dataclass(frozen=True, slots=True)
 class FirstState:
-    """How far the first state is from where a run begins, where no jump was reported.
+    """How far the first state is from where a run begins, where the engine reported no jump.
 
     Parameters
     ----------
     missed, largest : float
-        Largest difference of a charge or flux and largest of them, as roots of energies.
+        Largest difference of a charge or flux beyond rounding, and largest of them, as roots of
+        energies.
+    unexplained : float
+        The part of the differences that no impulses through conducting pairs explain.
     """
 
     missed: float
     largest: float
+    unexplained: float = 1.0
 
     @classmethod
     def of(cls, system: DescriptorSystem, given: Floats, found: Floats) -> FirstState:
         """Compare charges and fluxes that are ``given``, (n,), with unknowns ``found``, (n,)."""
+        smooth = system.smooth is not None
         if system.smooth is not None and system.smooth.Q.data.size:
             return cls(0.0, 0.0)  # what smooth laws store is no form of the unknowns
         reached = system.E.dot(found)
@@ -38,16 +42,31 @@ class FirstState:
         own[system.E.indices[diagonal]] = system.E.data[diagonal]
         worth[own > 0.0] = 1.0 / np.sqrt(own[own > 0.0])
         largest = np.max(worth * np.maximum(np.abs(given), np.abs(reached)), initial=0.0)
-        return cls(float(np.max(worth * np.abs(reached - given), initial=0.0)), float(largest))
+        part = ITERATED if smooth else KNOWN
+        off = np.abs(reached - given) - part * system.E.abs().dot(_sizes(system, found))
+        missed = float(np.max(worth * off, initial=0.0))
+        if missed <= 0.0:
+            return cls(0.0, float(largest))
+        fluxes = (np.asarray(system.row_kind) == 1) & (off > 0.0)
+        rest = 1.0 if fluxes.any() else unexplained(system, reached - given, found)
+        return cls(missed, float(largest), rest)
 
     def error(self, turned: float) -> float:
-        """Return the relative error: next to what a run has ``turned`` over [J] it may be rounding.
+        """Return the error relative to the largest, or to what a run has ``turned`` over [J].
 
         Examples
         --------
-        >>> FirstState(1e-6, 1.0).error(1.0), FirstState(1e-15, 1e-15).error(1.0)
-        (1e-06, 0.0)
+        >>> FirstState(1e-6, 1.0).error(1.0), FirstState(1e-6, 1.0, 0.0).error(1.0)
+        (7.071067811865475e-07, 0.0)
         """
-        if self.missed <= _ROUNDING * math.sqrt(2.0 * turned) or self.largest == 0.0:
-            return 0.0
-        return self.missed / self.largest
+        largest = max(self.largest, math.sqrt(2.0 * turned))
+        return self.missed / largest * min(1.0, self.unexplained) if largest > 0.0 else 0.0
+
+
+def _sizes(system: DescriptorSystem, found: Floats) -> Floats:
+    """Return by which each unknown is rounded: the largest of its kind, and what it drives."""
+    kinds = np.asarray(system.row_kind)
+    volts, amperes = (float(np.max(np.abs(found[kinds == k]), initial=0.0)) for k in (0, 1))
+    diagonal = (system.G.indices == system.G.columns) & (kinds[system.G.indices] == 0)
+    siemens = float(np.max(np.abs(system.G.data[diagonal]), initial=0.0))
+    return np.where(kinds == 1, amperes + siemens * volts, volts)

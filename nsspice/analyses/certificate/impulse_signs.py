@@ -15,6 +15,7 @@ import numpy as np
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.stepper import Jump
+from .charge_paths import unexplained
 from .energy import worse
 
 #: part of the largest values to which a solution is known
@@ -64,8 +65,17 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
         both = np.minimum(np.abs(passed), np.abs(held))
         wrong = np.where(switched, both, np.maximum(np.maximum(-passed, -held), both))
         found = float(np.max(wrong, initial=0.0))
+        if found > 0.0:
+            # in loops of pairs impulses are not unique: one set of right signs is enough
+            moved = -system.A.dot(jump.multipliers) - _through_branches(system, jump.unknowns)
+            found = min(found, max(unexplained(system, moved, jump.after), float(np.max(-held))))
         worst = found if worse(found, worst) else worst
     return worst
+
+
+def _through_branches(system: DescriptorSystem, impulses: Floats) -> Floats:
+    """Return the charges that impulses of branch currents bring to nodes."""
+    return system.G.dot(np.where(np.asarray(system.row_kind) == 1, impulses, 0.0))
 
 
 def _beyond(values: Floats, rounding: float) -> Floats:

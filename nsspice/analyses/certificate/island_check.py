@@ -21,7 +21,6 @@ from .energy import Energy, Jumped, worse
 from .free_currents import FreeCurrents
 from .impulse_signs import impulse_error
 from .impulses import delivered, start_of, stored_functions
-from .strict import is_strict
 from .uniqueness import Watcher
 
 if TYPE_CHECKING:
@@ -119,6 +118,7 @@ class Examiner:
         kept: bool = True,
         sums: Mapping[str, float] | None = None,
         turns: Sequence[Turned] = (),
+        tolerance: float = 0.0,
     ) -> Certificate:
         """Return the verdict on a run.
 
@@ -135,10 +135,12 @@ class Examiner:
             Energies of all steps, from the stepper that was accompanied.
         turns : sequence of tuple
             Gates that have turned, as the stepper shows them.
+        tolerance : float
+            Of steps, to which they know the instants of turns.
         """
         audit = self.auditor
         if turns:
-            audit.check_turns(turns)
+            audit.check_turns(turns, tolerance)
         balance, jumped = 0.0, Jumped()
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
@@ -151,9 +153,8 @@ class Examiner:
             error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
             balance = error if worse(error, balance) else balance
             jumped.add(before, reached, given)
-        if is_strict():
-            signs = impulse_error(self.mna.system, jumps, sums["turned"] if sums else 0.0)
-            balance = signs if worse(signs, balance) else balance
+        signs = impulse_error(self.mna.system, jumps, sums["turned"] if sums else 0.0)
+        balance = signs if worse(signs, balance) else balance
         found = audit.result()
         # what changes without a report is a jump that nobody accounts for
         balance = found["boundaries"] if worse(found["boundaries"], balance) else balance

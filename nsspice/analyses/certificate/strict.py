@@ -1,9 +1,8 @@
-"""Whether checks take part in the verdict that still refuse some right runs.
+"""Whether a check takes part in the verdict that still refuses some right runs.
 
-Written rows, first states, signs of impulses, turns of switches and errors of steps see most of
-what damaged engines do wrong, but also fail in right runs whose values are small by chance.  Until
-they are measured everywhere by what rounding leaves there, they are asked for by those who look for
-faults: ``tools/mutations.py`` and the tests of these checks.
+Errors of steps, from a quadrature of what flows, show steps whose own estimate is wrong, but also
+refuse right runs at some events.  Until that is understood the check is asked for by those who look
+for faults: ``tools/mutations.py`` and its own tests.
 """
 
 from __future__ import annotations
@@ -15,13 +14,13 @@ _state = {"strict": False}
 
 
 def is_strict() -> bool:
-    """Return whether these checks take part."""
+    """Return whether the check takes part."""
     return _state["strict"]
 
 
 @contextmanager
 def strictly(wanted: bool = True) -> Iterator[None]:
-    """Let these checks take part in the verdict.
+    """Let the check take part in the verdict.
 
     Examples
     --------

@@ -29,10 +29,13 @@ from ...devices.switches.switch import CurrentSwitch, VoltageSwitch
 from ..request.cards import Tran
 from ..signals.curve import Floats
 from .energy import worse
+from .node_reach import NodeReach
 
 #: part of the largest values to which a solution is known: the rounding of an elimination, or that
 #: with which Newton's method ends
 KNOWN, ITERATED = 1e-13, 1e-10
+#: error of a law, relative, that a certificate grants
+TOLERANCE = 1e-8
 _Terms = list[tuple[int, float]]
 _Waveform = tuple[str, tuple[float, ...], float, float, None]
 _Form = tuple[list[float], bool]
@@ -56,30 +59,33 @@ class WrittenRows:
     columns : sequence of str
         Names of the signals behind the time.
     conditions : Conditions
+    free : collection of str
+        Sources that somebody sets during the run.
     """
 
-    def __init__(self, circuit: Circuit, columns: Sequence[str], conditions: Conditions) -> None:
+    def __init__(
+        self,
+        circuit: Circuit,
+        columns: Sequence[str],
+        conditions: Conditions,
+        free: Collection[str] = (),
+    ) -> None:
         self._column = {name: 1 + k for k, name in enumerate(columns)}
-        self._circuit, self._conditions = circuit, conditions
+        self._circuit, self._conditions, self._free = circuit, conditions, free
         self._devices = {device.name: device for device in circuit.devices}
         smooth = any(device.smooth for device in circuit.devices)
-        self._sums: list[tuple[str, tuple[_Terms, _Terms, bool]]] = []
-        self._valves: list[tuple[str, tuple[_Terms, _Terms, list[_Line], float]]] = []
+        self._sums: list[tuple[str, tuple[_Terms, float, bool]]] = []
+        self._valves: list[tuple[str, tuple[_Terms, _Terms, list[_Line], tuple[float, float]]]] = []
         self._gates: list[tuple[str, tuple[int, _Terms, list[float], bool]]] = []
         self._sources: list[tuple[str, tuple[_Terms, list[_Waveform], bool]]] = []
-        #: the largest finite resistance at each node [Ohm]
-        self._ohms: dict[str, float] = {}
-        for device in circuit.devices:
-            if isinstance(device, Resistor):
-                ohms = abs(device.at(conditions)) / device.m
-                for node in device.nodes if math.isfinite(ohms) else ():
-                    self._ohms[node] = max(ohms, self._ohms.get(node, 0.0))
+        self.reach = NodeReach(circuit.devices, conditions)
         for device in circuit.devices:
             self._add(device)
         self._add_nodes(circuit.devices)
         self._core = _core.Rows(
             [name[0] == "i" for name in columns],
             ITERATED if smooth else KNOWN,
+            self.reach.conductance,
             [law for _, law in self._sums],
             [law for _, law in self._valves],
             [law for _, law in self._gates],
@@ -94,6 +100,7 @@ class WrittenRows:
         analysis: Tran,
         temperature: float | None,
         values: Mapping[str, float] | None,
+        free: Collection[str] = (),
     ) -> WrittenRows:
         """Return what judges the rows of a transient analysis."""
         own = circuit.islands[0].defaults if circuit.islands else Conditions()
@@ -105,22 +112,38 @@ class WrittenRows:
             analysis.stop,
             own.nominal,
         )
-        return cls(circuit, columns, conditions)
+        return cls(circuit, columns, conditions, free)
 
     def beside(self, columns: Sequence[str]) -> WrittenRows:
-        """Return what judges rows of other columns, by the sizes of this table."""
-        other = WrittenRows(self._circuit, columns, self._conditions)
-        other._core.see(self._core)
+        """Return what judges rows of other columns, by the sizes of this table.
+
+        Rows of the same columns are judged here: earlier times than the last are no changes.
+        """
+        if list(columns) == list(self._column):
+            return self
+        other = WrittenRows(self._circuit, columns, self._conditions, self._free)
+        same = []
+        for own, its in zip(other._laws, self._laws, strict=True):
+            place = {name: k for k, (name, _) in enumerate(its)}
+            same.append([(k, place[name]) for k, (name, _) in enumerate(own) if name in place])
+        other._core.measure_as(self._core, same)
         return other
+
+    @property
+    def _laws(self) -> tuple[Sequence[tuple[str, object]], ...]:
+        return self._sums, self._valves, self._gates, self._sources
 
     def take(self, rows: Floats) -> None:
         """Take the next rows of the table."""
         self._core.take(np.ascontiguousarray(rows))
 
-    def worst(self, sampled: Collection[str] | None = ()) -> tuple[Violation, Violation]:
-        """Return the worst errors of laws and of set-valued elements.
+    def worst(
+        self, sampled: Collection[str] | None = (), granted: float = TOLERANCE
+    ) -> tuple[Violation, Violation]:
+        """Return the worst errors of laws and of set-valued elements, in units of the tolerance.
 
-        Switches that are ``sampled`` turn when they look at their controls; None for all.
+        Switches that are ``sampled`` turn when they look at their controls; None for all.  Rows of
+        steps with error control are interpolated: they are ``granted`` a larger part than others.
         """
         sums, valves, gates, sources = self._core.worst()
         looked = [
@@ -133,7 +156,12 @@ class WrittenRows:
             *looked,
             *zip(self._sources, sources, strict=True),
         ]
-        return _worst(laws), _worst(list(zip(self._valves, valves, strict=True)))
+        pairs = list(zip(self._valves, valves, strict=True))
+        part = min(TOLERANCE / granted, 1.0)
+        law, pair = (
+            found._replace(error=part * found.error) for found in (_worst(laws), _worst(pairs))
+        )
+        return law, pair
 
     # ------------------------------------------------------------------ columns
 
@@ -177,7 +205,8 @@ class WrittenRows:
             if amperes and column is not None:
                 terms = [(column, 1.0)]
             waveforms = device.waveforms(self._conditions)
-            if terms is not None and all(w.handed is None for w in waveforms):
+            fixed = device.name not in self._free and all(w.handed is None for w in waveforms)
+            if terms is not None and fixed:
                 spec: list[_Waveform] = [
                     (w.kind, w.values, w.repeat, w.scale, None) for w in waveforms
                 ]
@@ -189,13 +218,11 @@ class WrittenRows:
                 else self._current(self._devices.get(device.controls[0]), -device.gain)
             )
             if sensed is not None:
-                self._sums.append((device.name, ([*voltage, *sensed], [], False)))
+                self._sums.append((device.name, ([*voltage, *sensed], 0.0, False)))
         elif voltage is not None and column is not None:
             lines = list(_lines(device))
             if lines:
-                # a node of high resistance is known as well as the currents that meet there
-                resists = max(self._ohms.get(node, 0.0) for node in device.nodes)
-                law = (voltage, [(column, 1.0)], lines, resists)
+                law = (voltage, [(column, 1.0)], lines, self.reach.at(device.nodes))
                 self._valves.append((device.name, law))
                 self._add_gate(device)
 
@@ -217,7 +244,6 @@ class WrittenRows:
     def _add_nodes(self, devices: Sequence[Device]) -> None:
         """Add Kirchhoff's current law of the nodes at which all currents are known."""
         sums: Mapping[str, _Terms] = defaultdict(list)
-        rounded: Mapping[str, _Terms] = defaultdict(list)
         unknown = {"0"}
         for device in devices:
             if device.letter == "k":
@@ -228,22 +254,9 @@ class WrittenRows:
                 continue
             for node, sign in zip(device.nodes, (1.0, -1.0), strict=True):
                 sums[node] += [(column, sign * factor) for column, factor in current]
-                rounded[node] += self._conducted(device)
         for node, terms in sums.items():
             if node not in unknown:
-                self._sums.append((f"node {node}", (terms, rounded[node], True)))
-
-    def _conducted(self, device: Device) -> _Terms:
-        """Return currents whose rounding is in the current of an element: of potentials."""
-        if isinstance(device, VoltageSwitch | CurrentSwitch):
-            siemens = device.m / device.law.ron if device.law.ron else 0.0
-        elif isinstance(device, Diode):
-            ohms = (device.law.ron or 0.0) / device.leg.parallel
-            siemens = 1.0 / ohms if ohms else 0.0
-        else:
-            return []
-        found = self._voltage(device.nodes, siemens) if siemens else None
-        return found or []
+                self._sums.append((f"node {node}", (terms, self.reach.at([node])[1], True)))
 
 
 def _worst(

@@ -202,8 +202,7 @@ class IslandRunner:
     def _watch(self) -> None:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
-        if is_strict():
-            stepper.watch_closely()
+        stepper.watch_closely()
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
             step = None if self.step is None else _SHORT * self.analysis.stop
@@ -269,7 +268,7 @@ class IslandRunner:
             raise named_failure(
                 self.circuit, self.mna, problem, starting=True, given=analysis.uic
             ) from problem
-        if is_strict() and self.step is not None and not self.stepper.jumps:
+        if self.step is not None and not self.stepper.jumps:
             point = self.stepper.dc_point
             wanted = None if point is None else self.mna.system.E.dot(point[0])
             wanted = wanted if self.charges is None else self.charges[0]
@@ -323,6 +322,7 @@ class IslandRunner:
             len(jumps) == stats["jumps"],
             sums,
             self.stepper.turns,
+            self.settings.reltol if self.method == "sdirk" else 0.0,
         )
         energy = certificate.energy
         if energy is not None and self._shared is not None:
@@ -335,7 +335,7 @@ class IslandRunner:
         elif self.method == "sdirk" and energy is not None:
             missed = sums["step_error"] if sums is not None and is_strict() else 0.0
             certificate = replace(certificate, taken=energy.taken, missed=missed)
-        if self._first is not None and is_strict():
+        if self._first is not None:
             missed = self._first.error(0.0 if energy is None else energy.turned)
             certificate = certificate.at_start(missed)
         if self._late():

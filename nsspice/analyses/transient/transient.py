@@ -7,19 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-import numpy as np
-
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
 from ...circuit.dependencies import Skipped, needed
 from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.deck import Deck, TranCard
 from ..certificate.certificate import Certificate
-from ..certificate.copied_rows import CopiedRows
 from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
-from ..certificate.strict import is_strict
-from ..certificate.written_rows import Violation, WrittenRows
+from ..certificate.written_rows import WrittenRows
 from ..request.cards import Tran
 from ..request.controller import Controller, checked_controllers
 from ..request.interrupts import Interrupts
@@ -43,6 +39,7 @@ from .blocks import split
 from .controlled import Schedule, advance_controlled, started
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
+from .row_checks import copies_of, limits, violations
 
 
 def tran(
@@ -286,13 +283,15 @@ def run_tran(
     if sink is not None:
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
-    if is_strict() and not periodic_sources:  # continued into the past they are not the deck's
-        outlet.judge = WrittenRows.of_run(
-            judged, names, analysis, request.temperature, request.values
-        )
+    held = () if schedule is None else tuple(schedule.sources.values)
+    judge = WrittenRows.of_run(judged, names, analysis, request.temperature, request.values, held)
+    # sources that are continued into the past are not the deck's, and points of other islands are
+    # on lines between their own
+    if not periodic_sources and not (all_points and len(runners) > 1):
+        outlet.judge = judge
     begun = list(runners)
-    if is_strict() and not all_points:
-        outlet.copies = _copies(runners, recorder)
+    if not all_points:
+        outlet.copies = copies_of(runners, recorder, judge.reach)
     points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
     if shown and not keep:
 
@@ -314,6 +313,7 @@ def run_tran(
                 for runner in runners:
                     runner.start()
                     interrupts.check()
+            outlet.limits = lambda: limits(runners)
             if schedule is not None:
                 interrupted = advance_controlled(
                     runners, schedule, outlet, analysis, request.progress, interrupts
@@ -349,7 +349,7 @@ def run_tran(
         jumps=jumps,
         islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
         certificate=Certificate.total(runner.certificate() for runner in runners)
-        .at_rows(*(_judged(outlet, runners, begun) if is_strict() else ((), ())))
+        .at_rows(*violations(outlet, runners, begun))
         .without(skipped),
         interrupted=interrupted,
         wall_time=clock.perf_counter() - begin,
@@ -383,35 +383,6 @@ def run_tran(
         failure.partial = solution
         raise failure
     return solution
-
-
-def _judged(
-    outlet: Outlet, runners: Sequence[IslandRunner], begun: Sequence[IslandRunner]
-) -> tuple[list[Violation], list[Violation]]:
-    """Return what the rows have shown: worst errors of laws, and of set-valued elements.
-
-    Where a runner has taken over from one that had ``begun``, not all rows are known.
-    """
-    table, recorder = outlet.judge, outlet.recorder
-    sampled = [name for runner in runners for name in runner.sampled]
-    found = [] if table is None else [table.worst(sampled)]
-    for runner, names in zip(runners, recorder.local, strict=True):
-        if runner.sides and table is not None:
-            own = table.beside(names)
-            own.take(np.concatenate(runner.sides))
-            # both sides of jumps; before one at the end of a fixed step switches are late
-            found.append(own.worst(sampled if runner.method != "moreau" else None))
-    copies = [copy.worst() for copy in outlet.copies] if list(runners) == list(begun) else []
-    return [*(law for law, _ in found), *copies], [pair for _, pair in found]
-
-
-def _copies(runners: Sequence[IslandRunner], recorder: Recorder) -> list[CopiedRows]:
-    """Return what compares the rows of each island with what its stepper reports of them."""
-    out, first = [], 1
-    for runner, names in zip(runners, recorder.local, strict=True):
-        out.append(CopiedRows(runner.stepper, first, [name[0] == "i" for name in names]))
-        first += len(names)
-    return out
 
 
 def _recording(

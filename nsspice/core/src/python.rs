@@ -584,6 +584,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<steady::PyOrbit>()?;
     module.add_class::<audit::PyAuditor>()?;
     module.add_class::<rows::PyRows>()?;
+    module.add_class::<written::PyColumnSums>()?;
     #[cfg(feature = "faults")]
     {
         module.add_function(wrap_pyfunction!(faults::choose_fault, module)?)?;

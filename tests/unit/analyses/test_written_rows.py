@@ -7,8 +7,10 @@ import pytest
 
 import nsspice
 from nsspice.analyses.certificate.copied_rows import CopiedRows
+from nsspice.analyses.certificate.node_reach import NodeReach
 from nsspice.analyses.certificate.written_rows import WrittenRows
 from nsspice.analyses.request.cards import Tran
+from nsspice.devices.stamper import Conditions
 
 #: a rectifier and a buck converter: sources, KCL, a diode with resistance, an ideal one, a switch
 RECTIFIER = """rectifier
@@ -116,7 +118,8 @@ class Told:
 def copied(rows: np.ndarray, table: np.ndarray, every: int = 4) -> float:
     """Return the error of a table beside rows of a current and a voltage that were computed."""
     stepper = Told(rows, rows[::every].copy())
-    copies = CopiedRows(stepper, 1, [True, False])  # type: ignore[arg-type]
+    reach = NodeReach([], Conditions())
+    copies = CopiedRows(stepper, 1, ["i(d)", "v(n)"], reach)  # type: ignore[arg-type]
     for block in np.array_split(table, 3):
         copies.take(block)
     return copies.worst().error
@@ -135,3 +138,37 @@ def test_what_is_written_is_what_was_computed() -> None:
         assert copied(rows, table) > TOLERANCE
     # rows in another order have the same values, but not the same weights
     assert copied(rows, rows[::-1]) > TOLERANCE
+
+
+def test_rounding_at_a_node_reaches_as_far_as_its_resistances() -> None:
+    circuit = nsspice.read(RECTIFIER)
+    reach = NodeReach(circuit.devices, Conditions())
+    # 50 Ohm and 10 mOhm meet at `out`, 50 and 50 Ohm at `a`, 10 mOhm at `in`
+    assert reach.at(["out"]) == pytest.approx((50.0, 100.0 + 1.0 / 50.0))
+    text = RECTIFIER.replace("R1 out a", "C2 out x 1u\nR1 x a")
+    joined = NodeReach(nsspice.read(text).devices, Conditions())
+    assert joined.at(["x"]) == pytest.approx((50.0, 100.0))
+    assert reach.at(["a", "0"]) == pytest.approx((50.0, 2.0 / 50.0))
+    ohms, siemens = reach.of_columns(["v(a)", "i(d1)", "i(e1)"])
+    assert ohms == pytest.approx([50.0, 50.0, 1000.0])
+    assert siemens == pytest.approx([0.04, 100.02, 1e-3])
+    assert reach.conductance == pytest.approx(1.0 / 50.0)
+
+
+#: rows at the zeros of the only source: what is left is rounding of an amplitude that no row shows
+AT_ZEROS = """static rectifier
+V1 a 0 SIN(0 1 100k)
+D1 a b
+R1 b 0 1
+.tran 10u 1m
+"""
+
+
+@pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
+def test_rows_at_zeros_are_measured_by_the_amplitude(method: str) -> None:
+    assert nsspice.tran(nsspice.read(AT_ZEROS), method=method).certificate.passed
+
+    def damage(table: np.ndarray, names: list[str]) -> None:
+        table[7, names.index("i(d1)")] = -1e-7
+
+    assert worst(AT_ZEROS, damage) > TOLERANCE

@@ -78,8 +78,10 @@ impl Gates {
 
 impl Gates {
     /// Takes gates that have turned: their controls had reached the threshold, and gone beyond it only where it was
-    /// not searched for; a thyristor opens when it carries nothing of the `largest` current.
-    pub fn take_turns(&mut self, turns: &[Turn], largest: f64) {
+    /// not searched for; a thyristor opens when it carries nothing of the `largest` current.  Steps find the instants to
+    /// their `tolerance`.
+    pub fn take_turns(&mut self, turns: &[Turn], largest: f64, tolerance: f64) {
+        let known = tolerance.max(KNOWN);
         for turn in turns {
             let Some(switch) = self.switches.get(turn.switch) else { continue };
             let swing = &mut self.swings[turn.switch];
@@ -93,10 +95,10 @@ impl Gates {
             let mut found = if missing.is_nan() {
                 f64::NAN
             } else {
-                ratio(missing.max(0.0), self.swings[turn.switch]) * TOLERANCE / KNOWN
+                ratio(missing.max(0.0), self.swings[turn.switch]) * TOLERANCE / known
             };
             if switch.latching && turn.gate {
-                let carried = ratio(turn.carried.max(0.0), largest) * TOLERANCE / KNOWN;
+                let carried = ratio(turn.carried.max(0.0), largest) * TOLERANCE / known;
                 found = if worse(carried, found) { carried } else { found };
             }
             if worse(found, self.error) {
@@ -203,8 +205,8 @@ mod tests {
                 at_threshold,
             };
             let mut gates = Gates::new(vec![switch].into());
-            gates
-                .take_turns(&[Turn { time: 0.0, switch: 0, gate, control, carried, located }], 1.0);
+            let turn = Turn { time: 0.0, switch: 0, gate, control, carried, located };
+            gates.take_turns(&[turn], 1.0, 0.0);
             gates.error
         };
         for located in [false, true] {

@@ -137,11 +137,11 @@ pub struct Auditor {
 }
 
 impl Auditor {
-    /// Takes gates that have turned.
-    pub fn take_turns(&mut self, turns: &[crate::switch::Turn]) {
+    /// Takes gates that have turned, at instants that are known to a tolerance.
+    pub fn take_turns(&mut self, turns: &[crate::switch::Turn], tolerance: f64) {
         let largest = self.seen.all[1].max(self.seen.largest[1]);
         if let Some(gates) = &mut self.gates {
-            gates.take_turns(turns, largest);
+            gates.take_turns(turns, largest, tolerance);
         }
     }
 

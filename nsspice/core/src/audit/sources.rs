@@ -71,6 +71,23 @@ impl Described {
         Ok(Described { shape, scale })
     }
 
+    /// No value is larger than this.
+    pub fn bound(&self) -> f64 {
+        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let bound = match &self.shape {
+            Shape::Dc(value) => value.abs(),
+            Shape::Sine([offset, amplitude, ..]) | Shape::Sffm([offset, amplitude, ..]) => {
+                offset.abs() + amplitude.abs()
+            }
+            Shape::Pulse(values) => largest(&values[..2]),
+            Shape::Exponential(values) => largest(&values[..2]),
+            Shape::Lines(_, levels, _) => largest(levels),
+            Shape::Am([amplitude, offset, ..]) => amplitude.abs() * (1.0 + offset.abs()),
+            Shape::Polynomial(_) => 0.0,
+        };
+        self.scale.abs() * bound
+    }
+
     /// The value, if it is one for all times.
     pub fn constant(&self) -> Option<f64> {
         match &self.shape {

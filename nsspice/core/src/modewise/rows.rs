@@ -17,7 +17,7 @@ use crate::pieces::Pieces;
 use crate::waveform::INSTANT;
 
 /// Of so many rows one is computed once more.
-const REFERENCES: u64 = 16;
+const REFERENCES: u64 = 256;
 
 /// The outputs along the present segment.
 #[derive(Default)]
@@ -102,6 +102,8 @@ pub struct Table {
     references: Vec<f64>,
     /// somebody compares them
     refers: bool,
+    /// modes of which a row has been computed once more
+    referred: Vec<bool>,
     /// the row at the end of an implicit step at which the run waits
     pub(super) stepped: Vec<f64>,
 }
@@ -123,6 +125,7 @@ impl Table {
             written: 0,
             references: Vec::new(),
             refers: false,
+            referred: Vec::new(),
             stepped: Vec::new(),
         }
     }
@@ -145,12 +148,18 @@ impl Engine {
         self.log.turns.wanted = true;
     }
 
-    /// Computes some of the rows just written once more, from the unknowns of the mode.
+    /// Computes some of the rows just written once more, from the unknowns of the mode: the first of each mode, and one
+    /// of many.
     fn refer(&mut self, table: &[f64]) {
         let columns = self.columns();
         let (every, offset) = (REFERENCES, self.table.written % REFERENCES);
         self.table.written += (table.len() / columns) as u64;
-        let first = ((every - offset) % every) as usize;
+        let fresh = self.motion.present.as_ref().is_some_and(|&(id, _)| {
+            let known = &mut self.table.referred;
+            known.resize(known.len().max(id + 1), false);
+            !table.is_empty() && !std::mem::replace(&mut known[id], true)
+        });
+        let first = if fresh { 0 } else { ((every - offset) % every) as usize };
         for row in table.chunks_exact(columns).skip(first).step_by(every as usize) {
             self.refer_to(row[0]);
         }

@@ -6,7 +6,7 @@ use super::energy_balance::EnergyBalance;
 use super::implicit_step::Implicit;
 use super::implicit_steps::Stepped;
 use super::log::{Log, Statistics};
-use super::mode::Watch;
+use super::mode::{Mode, Watch};
 use super::outputs::{Outputs, Spec};
 use super::passages::Trace;
 use super::prepared::Prepared;
@@ -353,6 +353,15 @@ impl Engine {
         self.sample_end();
         self.span.time = self.span.end;
         let crossing = std::mem::take(&mut self.span.crossing);
+        let result = self.leave(&mode, crossing);
+        if result.is_ok() {
+            self.note_right();
+        }
+        result
+    }
+
+    /// Goes on from the end of a segment: to the mode that follows, or in implicit steps.
+    fn leave(&mut self, mode: &Mode, crossing: Vec<usize>) -> Result<(), Failure> {
         if self.too_fast() {
             return self.carry_on();
         }
@@ -363,7 +372,7 @@ impl Engine {
             Ending::Crossing => {
                 for &j in &crossing {
                     if let Watch::Switch(s) = mode.guards.watch[j] {
-                        self.note_turn(&mode, s, false);
+                        self.note_turn(mode, s, false);
                         self.throw(s);
                         self.control.sampling.note(s);
                     }
@@ -381,9 +390,6 @@ impl Engine {
         } else {
             keep
         };
-        if result.is_ok() {
-            self.note_right();
-        }
         result
     }
 

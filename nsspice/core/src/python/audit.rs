@@ -158,8 +158,9 @@ impl PyAuditor {
         })
     }
 
-    /// Takes gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
-    fn take_turns(&mut self, turns: Vec<TurnSpec>) {
+    /// Takes gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located;
+    /// and the tolerance to which instants are known.
+    fn take_turns(&mut self, turns: Vec<TurnSpec>, tolerance: f64) {
         let turn = |(time, switch, gate, control, carried, located)| Turn {
             time,
             switch,
@@ -168,7 +169,7 @@ impl PyAuditor {
             carried,
             located,
         };
-        self.inner.take_turns(&turns.into_iter().map(turn).collect::<Vec<_>>());
+        self.inner.take_turns(&turns.into_iter().map(turn).collect::<Vec<_>>(), tolerance);
     }
 
     /// Relative error of the balance of charge and flux over a jump.

@@ -3,8 +3,9 @@
 use super::invalid;
 use crate::integrate::Progress;
 use crate::switch::Turns;
-use numpy::PyReadwriteArray2;
+use numpy::{PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
+use std::ops::Range;
 use std::time::Duration;
 
 /// time, switch, the gate before, its control, what the pair carried, whether the instant was searched for
@@ -37,18 +38,26 @@ impl Written {
 
     /// Takes the next rows.
     pub fn add(&mut self, table: &[f64], columns: usize) {
+        self.add_part(table, columns, 1..columns);
+    }
+
+    /// Takes the times and some other columns of the next rows.
+    fn add_part(&mut self, table: &[f64], columns: usize, part: Range<usize>) {
         if !self.wanted {
             return;
         }
-        self.signed.resize(columns, 0.0);
-        self.sizes.resize(columns, 0.0);
+        self.signed.resize(1 + part.len(), 0.0);
+        self.sizes.resize(1 + part.len(), 0.0);
         for row in table.chunks_exact(columns) {
             let weight = 1.0 + (self.count % WEIGHTS) as f64 / WEIGHTS as f64;
             self.count += 1;
-            let sums = self.signed.iter_mut().zip(&mut self.sizes);
-            for ((signed, size), value) in sums.zip(row) {
-                *signed += weight * value;
-                *size += weight * value.abs();
+            self.signed[0] += weight * row[0];
+            self.sizes[0] += weight * row[0].abs();
+            let sums = self.signed[1..].iter_mut().zip(&mut self.sizes[1..]);
+            for ((signed, size), value) in sums.zip(&row[part.clone()]) {
+                let term = weight * value;
+                *signed += term;
+                *size += term.abs();
             }
         }
     }
@@ -56,6 +65,40 @@ impl Written {
     /// Number of rows, and sums of their values and of the sizes of these.
     pub fn sums(&self) -> (u64, Vec<f64>, Vec<f64>) {
         (self.count, self.signed.clone(), self.sizes.clone())
+    }
+}
+
+/// Sums of some columns of a table.
+#[pyclass(name = "ColumnSums", module = "nsspice._core")]
+pub(super) struct PyColumnSums {
+    inner: Written,
+    part: Range<usize>,
+}
+
+#[pymethods]
+impl PyColumnSums {
+    /// Of the times and columns from one on.
+    #[new]
+    fn new(first: usize, count: usize) -> Self {
+        let mut inner = Written::default();
+        inner.begin();
+        PyColumnSums { inner, part: first..first + count }
+    }
+
+    /// Takes the next rows of the table.
+    fn add(&mut self, rows: PyReadonlyArray2<f64>) -> PyResult<()> {
+        let view = rows.as_array();
+        if view.ncols() < self.part.end.max(1) {
+            return Err(invalid("the rows do not have these columns"));
+        }
+        let slice = view.as_slice().ok_or_else(|| invalid("the array must be contiguous"))?;
+        self.inner.add_part(slice, view.ncols(), self.part.clone());
+        Ok(())
+    }
+
+    /// Number of rows, and sums of their values and of the sizes of these.
+    fn sums(&self) -> (u64, Vec<f64>, Vec<f64>) {
+        self.inner.sums()
     }
 }
 

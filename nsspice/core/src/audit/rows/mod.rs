@@ -5,6 +5,7 @@
 //! or a source next to its waveform.  What columns are known to is measured by the largest values of the whole run,
 //! since a row may be small by chance.
 
+mod block;
 mod source;
 mod sum;
 mod switch;
@@ -16,6 +17,7 @@ pub use switch::Gate;
 pub use valve::{Line, Valve};
 
 use super::worse;
+use block::{largest, Block};
 
 /// Terms: places of columns, the time being 0, and factors.
 pub type Terms = Vec<(usize, f64)>;
@@ -29,11 +31,8 @@ pub enum Unit {
     Amperes = 1,
 }
 
-/// The value of a sum in a row.
-#[inline]
-fn value(terms: &Terms, row: &[f64]) -> f64 {
-    terms.iter().map(|&(column, factor)| factor * row[column]).sum()
-}
+/// Arrays of one number a row.
+type Work = [Vec<f64>; 3];
 
 /// An error, and when.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,12 +58,22 @@ pub struct Size {
     pub largest: [f64; 2],
     /// part
     pub known: f64,
+    /// conductance through which the largest voltage would drive a current [S]
+    siemens: f64,
 }
 
 impl Size {
-    /// The rounding of a quantity that is this large itself.
+    /// The rounding of a quantity that is this large itself: currents have that of what the largest voltage drives.
     fn rounding(&self, unit: Unit) -> f64 {
-        self.known * self.largest[unit as usize]
+        self.known * self.of(unit)
+    }
+
+    /// The largest voltage or current there may be.
+    fn of(&self, unit: Unit) -> f64 {
+        match unit {
+            Unit::Volts => self.largest[0],
+            Unit::Amperes => self.largest[1].max(self.siemens * self.largest[0]),
+        }
     }
 }
 
@@ -81,24 +90,26 @@ pub struct Rows {
     pub gates: Vec<Gate>,
     /// sources
     pub sources: Vec<Source>,
-    /// the last row
-    before: Vec<f64>,
+    block: Block,
+    work: Work,
     /// rows seen
     pub count: u64,
 }
 
 impl Rows {
-    /// Of columns with these units behind that of the time, known to a part of the largest.
-    pub fn new(units: Vec<Unit>, known: f64) -> Rows {
+    /// Of columns with these units behind that of the time, known to a part of the largest and of what the largest
+    /// voltage drives through a conductance [S].
+    pub fn new(units: Vec<Unit>, known: f64, siemens: f64) -> Rows {
         Rows {
             columns: 1 + units.len(),
             units,
-            size: Size { largest: [0.0; 2], known },
+            size: Size { largest: [0.0; 2], known, siemens },
             sums: Vec::new(),
             valves: Vec::new(),
             gates: Vec::new(),
             sources: Vec::new(),
-            before: Vec::new(),
+            block: Block::default(),
+            work: Work::default(),
             count: 0,
         }
     }
@@ -108,36 +119,37 @@ impl Rows {
         self.columns
     }
 
-    /// The largest voltage and current so far.
-    pub fn largest(&self) -> [f64; 2] {
-        self.size.largest
-    }
-
     /// Measures errors by the largest voltage and current of other rows, too: a few rows of a run can all be small.
     pub fn see(&mut self, largest: [f64; 2]) {
         self.size.largest = [0, 1].map(|k| largest[k].max(self.size.largest[k]));
     }
 
+    /// Measures the errors of laws as in other rows; `same` are pairs of numbers of sums, valves, gates and sources, here
+    /// and there.
+    pub fn measure_as(&mut self, other: &Rows, same: &[Vec<(usize, usize)>; 4]) {
+        self.see(other.size.largest);
+        same[0].iter().for_each(|&(own, its)| self.sums[own].see(&other.sums[its]));
+        same[1].iter().for_each(|&(own, its)| self.valves[own].see(&other.valves[its]));
+        same[2].iter().for_each(|&(own, its)| self.gates[own].see(&other.gates[its]));
+        same[3].iter().for_each(|&(own, its)| self.sources[own].see(&other.sources[its]));
+    }
+
     /// Takes some rows, one after the other.
     pub fn take(&mut self, table: &[f64]) {
-        for row in table.chunks_exact(self.columns) {
-            for (value, unit) in row[1..].iter().zip(&self.units) {
-                let largest = &mut self.size.largest[*unit as usize];
-                *largest = largest.max(value.abs());
+        for rows in table.chunks(self.columns * block::ROWS) {
+            self.block.fill(rows, self.columns);
+            let Rows { block, work, size, .. } = self;
+            for (k, unit) in self.units.iter().enumerate() {
+                let most = &mut size.largest[*unit as usize];
+                *most = most.max(largest(block.column(1 + k)));
             }
-        }
-        for row in table.chunks_exact(self.columns) {
-            self.count += 1;
-            self.sums.iter_mut().for_each(|sum| sum.take(row));
-            self.sources.iter_mut().for_each(|source| source.take(row));
-            for valve in &mut self.valves {
-                valve.take(row, &self.size);
-            }
+            self.sums.iter_mut().for_each(|sum| sum.take(block, work));
+            self.sources.iter_mut().for_each(|source| source.take(block, self.count, work));
+            self.valves.iter_mut().for_each(|valve| valve.take(block, size, work));
             for gate in &mut self.gates {
-                gate.take(&self.before, row, &self.valves[gate.valve], &self.size);
+                gate.take(block, &self.valves[gate.valve], size, work);
             }
-            self.before.clear();
-            self.before.extend_from_slice(row);
+            self.count += block.count() as u64;
         }
     }
 

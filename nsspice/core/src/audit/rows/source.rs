@@ -1,7 +1,11 @@
 //! Independent sources next to their waveforms.
 
-use super::{value, Size, Terms, Unit, Worst};
+use super::block::Block;
+use super::{Size, Terms, Unit, Work, Worst};
 use crate::audit::{ratio, worse, Described};
+
+/// One row of so many is compared with waveforms that change: prime to how many rows a period may have.
+const EVERY: u64 = 13;
 
 /// One of them: what it gives is the sum of some waveforms.
 pub struct Source {
@@ -33,15 +37,32 @@ impl Source {
         }
     }
 
-    pub(super) fn take(&mut self, row: &[f64]) {
-        let (t, found) = (row[0], value(&self.terms, row));
-        let given =
-            self.constant.unwrap_or_else(|| self.waveforms.iter().map(|w| w.value(t)).sum());
+    pub(super) fn take(&mut self, block: &Block, before: u64, work: &mut Work) {
+        let [sums, sizes, ..] = work;
+        self.potential = self.potential.max(block.combine(&self.terms, sums, sizes));
+        let times = block.column(0);
+        if let Some(constant) = self.constant {
+            self.largest = self.largest.max(constant.abs());
+            for (found, time) in sums.iter().zip(times) {
+                let off = (found - constant).abs();
+                if worse(off, self.off) {
+                    (self.off, self.time) = (off, *time);
+                }
+            }
+            return;
+        }
+        let first = (EVERY - before % EVERY) % EVERY;
+        for (found, time) in sums.iter().zip(times).skip(first as usize).step_by(EVERY as usize) {
+            self.look(*time, *found);
+        }
+    }
+
+    /// Compares one value with the waveforms.
+    fn look(&mut self, t: f64, found: f64) {
+        let given: f64 = self.waveforms.iter().map(|w| w.value(t)).sum();
         self.largest = self.largest.max(given.abs());
-        let potential = self.terms.iter().map(|&(c, f)| (f * row[c]).abs()).sum();
-        self.potential = self.potential.max(potential);
         let mut off = (found - given).abs();
-        if self.constant.is_none() && worse(off, self.off) {
+        if worse(off, self.off) {
             // the instant may explain it
             off = match &self.waveforms[..] {
                 [one] => one.outside(t, found).max(0.0),
@@ -55,11 +76,17 @@ impl Source {
         }
     }
 
+    /// Measures errors by the values of the same source in other rows, too.
+    pub(super) fn see(&mut self, other: &Source) {
+        self.largest = self.largest.max(other.largest);
+        self.potential = self.potential.max(other.potential);
+    }
+
     pub(super) fn worst(&self, size: &Size) -> Worst {
         let rounding = size.known
             * self.potential.max(self.largest).max(match self.unit {
                 Unit::Volts => 0.0,
-                Unit::Amperes => size.largest[1],
+                Unit::Amperes => size.of(Unit::Amperes),
             });
         let beyond = if self.off.is_nan() { f64::NAN } else { (self.off - rounding).max(0.0) };
         let scale =

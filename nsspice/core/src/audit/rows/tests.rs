@@ -7,7 +7,7 @@ const UNITS: [Unit; 4] = [Unit::Volts, Unit::Volts, Unit::Amperes, Unit::Amperes
 
 /// The worst errors of sums, valves, gates and sources of some rows.
 fn errors(table: &[[f64; 5]], fill: impl Fn(&mut Rows)) -> [f64; 4] {
-    let mut rows = Rows::new(UNITS.to_vec(), 1e-13);
+    let mut rows = Rows::new(UNITS.to_vec(), 1e-13, 0.0);
     fill(&mut rows);
     rows.take(table.as_flattened());
     let worst =
@@ -17,8 +17,8 @@ fn errors(table: &[[f64; 5]], fill: impl Fn(&mut Rows)) -> [f64; 4] {
 
 /// `v(in) - v(out) - 10 i(d)` and Kirchhoff's current law.
 fn sums(rows: &mut Rows) {
-    rows.sums.push(Sum::new(vec![(1, 1.0), (2, -1.0), (4, -10.0)], vec![], Unit::Volts));
-    rows.sums.push(Sum::new(vec![(3, 1.0), (4, 1.0)], vec![], Unit::Amperes));
+    rows.sums.push(Sum::new(vec![(1, 1.0), (2, -1.0), (4, -10.0)], 0.0, Unit::Volts));
+    rows.sums.push(Sum::new(vec![(3, 1.0), (4, 1.0)], 0.0, Unit::Amperes));
 }
 
 /// An ideal diode from `out` to ground: no voltage, or no current.
@@ -31,7 +31,7 @@ fn diode(rows: &mut Rows) {
         law: ([0.0, 1.0, 0.0], Unit::Amperes),
         bounds: vec![([-1.0, 0.0, 0.0], Unit::Volts)],
     };
-    rows.valves.push(Valve::new(vec![(2, 1.0)], vec![(4, 1.0)], vec![on, off], 0.0));
+    rows.valves.push(Valve::new(vec![(2, 1.0)], vec![(4, 1.0)], vec![on, off], [0.0; 2]));
 }
 
 const ON: [f64; 5] = [0.0, 5.0, 0.0, -0.5, 0.5];
@@ -69,8 +69,13 @@ fn a_switch_obeys_its_control() {
         move |rows: &mut Rows| {
             let closed = Line { law: ([1.0, 0.0, 0.0], Unit::Volts), bounds: vec![] };
             let open = Line { law: ([0.0, 1.0, 0.0], Unit::Amperes), bounds: vec![] };
-            rows.valves.push(Valve::new(vec![(2, 1.0)], vec![(4, 1.0)], vec![closed, open], 0.0));
-            rows.gates.push(Gate::new(0, vec![(1, 1.0)], [3.0, 1.0], inverted));
+            rows.valves.push(Valve::new(
+                vec![(2, 1.0)],
+                vec![(4, 1.0)],
+                vec![closed, open],
+                [0.0; 2],
+            ));
+            rows.gates.push(Gate::new(0, (vec![(1, 1.0)], Unit::Volts), [3.0, 1.0], inverted));
         }
     };
     let between = [2.0, 2.0, 2.0, 0.0, 0.0];

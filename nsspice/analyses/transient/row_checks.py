@@ -1,0 +1,67 @@
+"""The checks of rows: what is written, and both sides of jumps, by the laws of the deck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..certificate.copied_rows import CopiedRows
+from ..certificate.node_reach import NodeReach
+from ..certificate.written_rows import TOLERANCE, Violation
+from ..request.recorder import Recorder
+from ..signals.curve import Floats
+from .advance import Outlet
+from .island_runner import IslandRunner
+
+
+def violations(
+    outlet: Outlet, runners: Sequence[IslandRunner], begun: Sequence[IslandRunner]
+) -> tuple[list[Violation], list[Violation]]:
+    """Return what the rows have shown: worst errors of laws, and of set-valued elements.
+
+    Where a runner has taken over from one that had ``begun``, not all rows are known.
+    """
+    table, recorder = outlet.judge, outlet.recorder
+    # at the ends of fixed steps switches are late
+    late = any(
+        r.all_points if r.method == "moreau" else r.stepper.statistics.get("fixed_steps")
+        for r in runners
+    )
+    sampled = None if late else [name for runner in runners for name in runner.sampled]
+    # rows of steps with error control are interpolated, smooth laws are solved by iteration
+    near = (r.method == "sdirk" or r.mna.system.smooth is not None for r in runners)
+    granted = [
+        runner.settings.reltol if loose else TOLERANCE
+        for runner, loose in zip(runners, near, strict=True)
+    ]
+    if table is None:
+        found = []
+    else:
+        found = [table.worst(sampled, max(granted, default=TOLERANCE))]
+        for runner, names in zip(runners, recorder.local, strict=True):
+            # steps end next to the instants that they look for, which are known less well than rows
+            if runner.sides and runner.method == "modewise":
+                beside = table.beside(names)
+                beside.take(np.concatenate(runner.sides))
+                found.append(beside.worst(sampled))
+    copies = [copy.worst() for copy in outlet.copies] if list(runners) == list(begun) else []
+    return [*(law for law, _ in found), *copies], [pair for _, pair in found]
+
+
+def limits(runners: Sequence[IslandRunner]) -> Floats:
+    """Return the instants of jumps so far that are limits of short steps [s]."""
+    stepped = (runner.stepper for runner in runners if runner.method != "modewise")
+    some = (stepper for stepper in stepped if stepper.statistics.get("jumps"))
+    return np.array([jump.time for stepper in some for jump in stepper.jumps if jump.length > 0.0])
+
+
+def copies_of(
+    runners: Sequence[IslandRunner], recorder: Recorder, reach: NodeReach
+) -> list[CopiedRows]:
+    """Return what compares the rows of each island with what its stepper reports of them."""
+    out, first = [], 1
+    for runner, names in zip(runners, recorder.local, strict=True):
+        out.append(CopiedRows(runner.stepper, first, names, reach))
+        first += len(names)
+    return out
