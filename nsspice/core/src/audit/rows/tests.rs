@@ -98,5 +98,7 @@ fn sources_follow_their_waveforms() {
     let at = |time: f64, volts: f64| [time, volts, 0.0, 0.0, 0.0];
     let half = 5.0 * std::f64::consts::FRAC_1_SQRT_2;
     assert!(errors(&[at(0.0, 0.0), at(0.5, half), at(1.0, 5.0)], sine)[3] < 1e-15);
-    assert!(errors(&[at(0.0, 0.0), at(0.6, half), at(1.0, 5.0)], sine)[3] > 1e-2);
+    // of rows that are close together one of many is looked at
+    let late: Vec<_> = (0..40).map(|k| at(0.6 + 1e-4 * f64::from(k), half)).collect();
+    assert!(errors(&late, sine)[3] > 1e-2);
 }
