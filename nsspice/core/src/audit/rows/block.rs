@@ -1,4 +1,4 @@
-//! Some rows column by column, so that a law goes through all of them at once.
+//! Some rows column by column, so that a law is evaluated for all of them together.
 
 use super::Terms;
 
@@ -58,7 +58,7 @@ impl Block {
     }
 }
 
-/// The largest size of some numbers; what is no number is passed over.
+/// The largest size of some numbers, those that are none apart.
 pub(super) fn largest(values: &[f64]) -> f64 {
     let mut most = [0.0_f64; LANES];
     let chunks = values.chunks_exact(LANES);
