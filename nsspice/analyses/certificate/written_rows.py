@@ -200,10 +200,9 @@ class WrittenRows:
             return
         voltage, column = self._voltage(device.nodes), self._column.get(f"i({device.name})")
         if isinstance(device, VoltageSource | CurrentSource):
-            amperes = isinstance(device, CurrentSource)
-            terms = None if amperes else voltage
-            if amperes and column is not None:
-                terms = [(column, 1.0)]
+            amperes, terms = isinstance(device, CurrentSource), voltage
+            if isinstance(device, CurrentSource):
+                terms = None if column is None else [(column, 1.0 / device.m)]
             waveforms = device.waveforms(self._conditions)
             fixed = device.name not in self._free and all(w.handed is None for w in waveforms)
             if terms is not None and fixed:

@@ -273,8 +273,7 @@ class IslandRunner:
             wanted = None if point is None else self.mna.system.E.dot(point[0])
             wanted = wanted if self.charges is None else self.charges[0]
             if wanted is not None:
-                found = self.stepper.beginning[0]
-                self._first = FirstState.of(self.mna.system, wanted, found)
+                self._first = FirstState.of(self.mna.system, wanted, self.stepper.beginning[0])
         deck = self.circuit.deck
         if analysis.uic and self.charges is not None and not self.stepper.jumps:
             given, state = initial_voltages(self.circuit, self.mna), self.stepper.beginning[0]
@@ -336,10 +335,10 @@ class IslandRunner:
             missed = sums["step_error"] if sums is not None and is_strict() else 0.0
             certificate = replace(certificate, taken=energy.taken, missed=missed)
         if self._first is not None:
-            missed = self._first.error(0.0 if energy is None else energy.turned)
-            certificate = certificate.at_start(missed)
-        if self._late():
-            certificate = replace(certificate, late=self._late() / self.settings.reltol)
+            turned = 0.0 if energy is None else energy.turned
+            certificate = certificate.at_start(self._first.error(turned))
+        if late := self._late():
+            certificate = replace(certificate, late=late / self.settings.reltol)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
 

@@ -24,6 +24,7 @@ mod counters;
 mod dense_output;
 mod events;
 mod predict;
+mod quadrature_points;
 mod records;
 mod run;
 mod samples;

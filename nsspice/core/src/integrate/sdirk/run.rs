@@ -3,7 +3,7 @@
 use super::controller::energies::{Energies, Point};
 use super::controller::errors::back;
 use super::controller::node_errors::Nodes;
-use super::controller::stage_equations::{Fit, StageEquations};
+use super::controller::stage_equations::StageEquations;
 use super::controller::step_matrices::LEVELS;
 use super::counters::Counters;
 use super::dense_output::interpolation::Between;
@@ -18,7 +18,7 @@ use super::samples::{no_length, Samples};
 use super::step::Trial;
 use super::visited::Visited;
 use super::{Accuracy, Tableau};
-use crate::audit::{Asked, Taken, PLACES};
+use crate::audit::{Asked, Taken};
 use crate::instant::Continuous;
 use crate::integrate::implicit::events::impacts::REST;
 use crate::integrate::implicit::failure::Failure;
@@ -494,21 +494,6 @@ impl Sdirk {
         let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
         if whole || found.worst() <= ACCEPT {
             s.solver.note(found);
-        }
-    }
-
-    /// Evaluates the points inside the accepted step, up to the part `theta`, at which the certificate finds its error.
-    fn take_nodes(&mut self, s: &mut Stepper, theta: f64) {
-        let Accuracy { relative, energy, .. } = self.settings.accuracy;
-        if relative >= 1.0 || energy || s.recorder.sums.is_none() {
-            return; // no tolerance, or one of energies
-        }
-        for part in &PLACES[..PLACES.len() - 1] {
-            let at = part * theta;
-            let fit = self.trial.evaluate(s, &mut self.stage_equations, self.tableau, at);
-            if fit != Fit::Contradiction {
-                self.shown.samples.node(s, &self.trial, &self.stage_equations);
-            }
         }
     }
 
