@@ -50,10 +50,18 @@ def violations(
 
 
 def limits(runners: Sequence[IslandRunner]) -> Floats:
-    """Return the instants of jumps so far that are limits of short steps [s]."""
-    stepped = (runner.stepper for runner in runners if runner.method != "modewise")
-    some = (stepper for stepper in stepped if stepper.statistics.get("jumps"))
-    return np.array([jump.time for stepper in some for jump in stepper.jumps if jump.length > 0.0])
+    """Return the instants so far at which rows are limits of short steps [s].
+
+    Those of jumps that steps have found, and the start of an exact run that begins with a step.
+    """
+    found: list[float] = []
+    for runner in runners:
+        stats = runner.stepper.statistics
+        if runner.method == "modewise":
+            found += [0.0] if stats["fixed_steps"] else []
+        elif stats.get("jumps"):
+            found += [jump.time for jump in runner.stepper.jumps if jump.length > 0.0]
+    return np.array(found)
 
 
 def copies_of(
