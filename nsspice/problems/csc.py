@@ -101,6 +101,19 @@ class Csc:
         out[self.indices, self.columns] = self.data
         return out
 
+    def diagonal(self) -> Floats:
+        """Return the entries on the diagonal, shape (nrows,).
+
+        Examples
+        --------
+        >>> Csc.from_triplets((2, 2), [0, 0, 1], [0, 1, 0], [1.0, 2.0, 3.0]).diagonal().tolist()
+        [1.0, 0.0]
+        """
+        out = np.zeros(self.shape[0])
+        on = self.indices == self.columns
+        out[self.indices[on]] = self.data[on]
+        return out
+
     def dot(self, x: Floats) -> Floats:
         """Return the product with a vector, shape (nrows,)."""
         products = self.data * x[self.columns]

@@ -163,10 +163,8 @@ class StepMap:
 
         What is small all the time has a part of the largest voltage or current as its size.
         """
-        own = np.zeros(self.system.n)
-        E, smooth = self.system.E, self.system.smooth
-        on = E.indices == E.columns
-        np.add.at(own, E.indices[on], np.abs(E.data[on]))
+        smooth = self.system.smooth
+        own = np.abs(self.system.E.diagonal())
         if smooth is not None and smooth.Q.data.size:
             slopes, Q = self._slopes(), smooth.Q
             np.add.at(own, Q.indices, np.abs(Q.data * slopes[Q.columns, Q.indices]))

@@ -19,6 +19,8 @@ from ...problems.descriptor import DescriptorSystem
 
 #: part of the largest voltage below which a pair bears none
 _NONE = 1e-9
+#: Numbers in the dense matrix at most (32 MB): beyond, nothing is explained.
+_MOST = 4_000_000
 
 
 def unexplained(system: DescriptorSystem, moved: Floats, after: Floats) -> float:
@@ -41,6 +43,12 @@ def unexplained(system: DescriptorSystem, moved: Floats, after: Floats) -> float
 
     kinds = np.asarray(system.row_kind)
     rows = kinds == 0
+    wanted = -moved[rows]
+    largest = float(np.max(np.abs(wanted), initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    if system.n * (system.n + system.m) > _MOST:
+        return 1.0
     A, G = system.A.dense()[rows], system.G.dense()[rows]
     stores = np.zeros(system.n, dtype=bool)
     stores[system.E.columns] = True
@@ -50,11 +58,10 @@ def unexplained(system: DescriptorSystem, moved: Floats, after: Floats) -> float
     own = np.flatnonzero(passing)
     other = np.array([k for k in own if k in system.switched], dtype=int)
     matrix = np.hstack([A[:, own], -A[:, other], G[:, free], -G[:, free]])
-    wanted = -moved[rows]
-    largest = float(np.max(np.abs(wanted), initial=0.0))
-    if largest == 0.0:
-        return 0.0
     if not matrix.size:
         return 1.0
-    found, _ = nnls(matrix, wanted / largest, maxiter=10 * (matrix.shape[1] + 10))
+    try:
+        found, _ = nnls(matrix, wanted / largest, maxiter=10 * (matrix.shape[1] + 10))
+    except RuntimeError:  # no end within so many rounds
+        return 1.0
     return float(np.max(np.abs(matrix @ found - wanted / largest)))

@@ -10,7 +10,7 @@ import numpy as np
 from ...problems.descriptor import DescriptorSystem
 from ..signals.curve import Floats
 from .charge_paths import unexplained
-from .written_rows import ITERATED, KNOWN
+from .written_rows import ITERATED, KNOWN, TOLERANCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,20 +33,18 @@ class FirstState:
     @classmethod
     def of(cls, system: DescriptorSystem, given: Floats, found: Floats) -> FirstState:
         """Compare charges and fluxes that are ``given``, (n,), with unknowns ``found``, (n,)."""
-        smooth = system.smooth is not None
-        if system.smooth is not None and system.smooth.Q.data.size:
+        smooth = system.smooth
+        if smooth is not None and smooth.Q.data.size:
             return cls(0.0, 0.0)  # what smooth laws store is no form of the unknowns
         reached = system.E.dot(found)
-        own, worth = np.zeros(system.n), np.zeros(system.n)
-        diagonal = system.E.indices == system.E.columns
-        own[system.E.indices[diagonal]] = system.E.data[diagonal]
+        own, worth = system.E.diagonal(), np.zeros(system.n)
         worth[own > 0.0] = 1.0 / np.sqrt(own[own > 0.0])
         largest = np.max(worth * np.maximum(np.abs(given), np.abs(reached)), initial=0.0)
-        part = ITERATED if smooth else KNOWN
+        part = KNOWN if smooth is None else ITERATED
         off = np.abs(reached - given) - part * system.E.abs().dot(_sizes(system, found))
         missed = float(np.max(worth * off, initial=0.0))
-        if missed <= 0.0:
-            return cls(0.0, float(largest))
+        if missed <= TOLERANCE * largest:  # no run refuses it
+            return cls(max(missed, 0.0), float(largest))
         fluxes = (np.asarray(system.row_kind) == 1) & (off > 0.0)
         rest = 1.0 if fluxes.any() else unexplained(system, reached - given, found)
         return cls(missed, float(largest), rest)
@@ -67,6 +65,5 @@ def _sizes(system: DescriptorSystem, found: Floats) -> Floats:
     """Return by which each unknown is rounded: the largest of its kind, and what it drives."""
     kinds = np.asarray(system.row_kind)
     volts, amperes = (float(np.max(np.abs(found[kinds == k]), initial=0.0)) for k in (0, 1))
-    diagonal = (system.G.indices == system.G.columns) & (kinds[system.G.indices] == 0)
-    siemens = float(np.max(np.abs(system.G.data[diagonal]), initial=0.0))
+    siemens = float(np.max(np.abs(system.G.diagonal()[kinds == 0]), initial=0.0))
     return np.where(kinds == 1, amperes + siemens * volts, volts)

@@ -17,9 +17,7 @@ from ...problems.descriptor import DescriptorSystem
 from ...solvers.stepper import Jump
 from .charge_paths import unexplained
 from .energy import worse
-
-#: part of the largest values to which a solution is known
-_ROUNDING = 1e-13
+from .written_rows import KNOWN, TOLERANCE
 
 
 def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float) -> float:
@@ -43,14 +41,12 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
     charged = system.A.abs().dot(np.ones(system.m))[kinds == 1]
     if not exact or not system.m or charged.any():
         return 0.0
-    own = np.zeros(system.n)
-    diagonal = system.E.indices == system.E.columns
-    own[system.E.indices[diagonal]] = system.E.data[diagonal]
+    own = system.E.diagonal()
     largest = [float(np.max(own[kinds == kind], initial=0.0)) for kind in (0, 1)]
     switched = np.zeros(system.m, dtype=bool)
     switched[list(system.switched)] = True
     conducting, series = system.B.abs(), system.D.abs()
-    rounding = [_ROUNDING * math.sqrt(2.0 * turned * store) for store in largest]
+    rounding = [KNOWN * math.sqrt(2.0 * turned * store) for store in largest]
     worst = 0.0
     for jump in exact:
         charges, impulses = jump.multipliers, jump.unknowns
@@ -65,7 +61,7 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
         both = np.minimum(np.abs(passed), np.abs(held))
         wrong = np.where(switched, both, np.maximum(np.maximum(-passed, -held), both))
         found = float(np.max(wrong, initial=0.0))
-        if found > 0.0:
+        if found > TOLERANCE:
             # in loops of pairs impulses are not unique: one set of right signs is enough
             moved = -system.A.dot(jump.multipliers) - _through_branches(system, jump.unknowns)
             found = min(found, max(unexplained(system, moved, jump.after), float(np.max(-held))))

@@ -132,8 +132,8 @@ def _weights(system: DescriptorSystem) -> Floats:
     """
     weights = np.ones(system.n)
     if system.smooth is None:
-        own = (system.E.indices == system.E.columns) & (system.E.data > 0.0)
-        weights[system.E.indices[own]] = 1.0 / np.sqrt(system.E.data[own])
+        own = system.E.diagonal()
+        weights[own > 0.0] = 1.0 / np.sqrt(own[own > 0.0])
     return weights
 
 

@@ -50,6 +50,24 @@ class Violation(NamedTuple):
     time: float
 
 
+def conditions_of(
+    circuit: Circuit,
+    analysis: Tran,
+    temperature: float | None,
+    values: Mapping[str, float] | None,
+) -> Conditions:
+    """Return the conditions under which a transient analysis reads the elements of a circuit."""
+    own = circuit.islands[0].defaults if circuit.islands else Conditions()
+    return Conditions(
+        own.temperature if temperature is None else temperature,
+        values or {},
+        "tran",
+        analysis.row_distance,
+        analysis.stop,
+        own.nominal,
+    )
+
+
 class WrittenRows:
     """Judges rows of a table.
 
@@ -91,28 +109,6 @@ class WrittenRows:
             [law for _, law in self._gates],
             [law for _, law in self._sources],
         )
-
-    @classmethod
-    def of_run(
-        cls,
-        circuit: Circuit,
-        columns: Sequence[str],
-        analysis: Tran,
-        temperature: float | None,
-        values: Mapping[str, float] | None,
-        free: Collection[str] = (),
-    ) -> WrittenRows:
-        """Return what judges the rows of a transient analysis."""
-        own = circuit.islands[0].defaults if circuit.islands else Conditions()
-        conditions = Conditions(
-            own.temperature if temperature is None else temperature,
-            values or {},
-            "tran",
-            analysis.row_distance,
-            analysis.stop,
-            own.nominal,
-        )
-        return cls(circuit, columns, conditions, free)
 
     def beside(self, columns: Sequence[str]) -> WrittenRows:
         """Return what judges rows of other columns, by the sizes of this table.

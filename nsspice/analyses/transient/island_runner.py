@@ -219,7 +219,7 @@ class IslandRunner:
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
-        stepper.watch(every, window, self.sides is not None)
+        stepper.watch(every, window, self.sides is not None, is_strict())
         self.examiner.auditor.accompany(stepper)
 
     @property
@@ -332,19 +332,17 @@ class IslandRunner:
             taken, granted = energy.share(float(stats["taken"])), TAKEN_BESIDE_EXACT
             certificate = replace(certificate, taken=taken, granted=granted)
         elif self.method == "sdirk" and energy is not None:
-            missed = sums["step_error"] if sums is not None and is_strict() else 0.0
+            missed = 0.0 if sums is None else sums["step_error"]
             certificate = replace(certificate, taken=energy.taken, missed=missed)
         if self._first is not None:
             turned = 0.0 if energy is None else energy.turned
             certificate = certificate.at_start(self._first.error(turned))
-        if late := self._late():
+        # how far controls of sampled switches had passed their thresholds at most
+        late = max((late for _, _, late in self.stepper.chattering[0]), default=0.0)
+        if late:
             certificate = replace(certificate, late=late / self.settings.reltol)
         followed = self.method in PATH_METHODS
         return of_linearised(certificate, stats) if followed else certificate
-
-    def _late(self) -> float:
-        """Return how far controls of sampled switches had passed their thresholds at most."""
-        return max((late for _, _, late in self.stepper.chattering[0]), default=0.0)
 
     @property
     def sampled(self) -> list[str]:

@@ -15,7 +15,8 @@ from ...netlist.deck import Deck, TranCard
 from ..certificate.certificate import Certificate
 from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
-from ..certificate.written_rows import WrittenRows
+from ..certificate.node_reach import NodeReach
+from ..certificate.written_rows import WrittenRows, conditions_of
 from ..request.cards import Tran
 from ..request.controller import Controller, checked_controllers
 from ..request.interrupts import Interrupts
@@ -284,14 +285,16 @@ def run_tran(
         sink.open(["time", *columns])
     outlet = Outlet(recorder, store, sink, keep)
     held = () if schedule is None else tuple(schedule.sources.values)
-    judge = WrittenRows.of_run(judged, names, analysis, request.temperature, request.values, held)
+    conditions = conditions_of(judged, analysis, request.temperature, request.values)
     # sources that are continued into the past are not the deck's, and points of other islands are
     # on lines between their own
     if not periodic_sources and not (all_points and len(runners) > 1):
-        outlet.judge = judge
+        outlet.judge = WrittenRows(judged, names, conditions, held)
     begun = list(runners)
     if not all_points:
-        outlet.copies = copies_of(runners, recorder, judge.reach)
+        judge = outlet.judge
+        reach = NodeReach(judged.devices, conditions) if judge is None else judge.reach
+        outlet.copies = copies_of(runners, recorder, reach)
     points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
     if shown and not keep:
 

@@ -8,7 +8,7 @@ import pytest
 import nsspice
 from nsspice.analyses.certificate.copied_rows import CopiedRows
 from nsspice.analyses.certificate.node_reach import NodeReach
-from nsspice.analyses.certificate.written_rows import WrittenRows
+from nsspice.analyses.certificate.written_rows import WrittenRows, conditions_of
 from nsspice.analyses.request.cards import Tran
 from nsspice.devices.stamper import Conditions
 
@@ -48,7 +48,7 @@ def worst(text: str, damage: object = None, method: str = "modewise") -> float:
     if callable(damage):
         damage(table, names)
     card = Tran.from_card(circuit.deck.analyses[0])
-    judge = WrittenRows.of_run(circuit, solution.columns, card, None, None)
+    judge = WrittenRows(circuit, solution.columns, conditions_of(circuit, card, None, None))
     judge.take(table[:50])
     judge.take(table[50:])
     return max(found.error for found in judge.worst())

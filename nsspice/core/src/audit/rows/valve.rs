@@ -58,11 +58,6 @@ impl Line {
     }
 }
 
-/// Whether no distance exceeds the tolerance.
-fn largest_is_small(distances: &[f64]) -> bool {
-    largest(distances) <= TOLERANCE
-}
-
 /// One of them.
 pub struct Valve {
     voltage: Terms,
@@ -100,8 +95,8 @@ impl Valve {
         let [volts, amperes, sizes] = work;
         self.potential = self.potential.max(block.combine(&self.voltage, volts, sizes));
         block.combine(&self.current, amperes, sizes);
-        let largest = [largest(volts), largest(amperes)];
-        self.own = [0, 1].map(|k| self.own[k].max(largest[k]));
+        let most = [largest(volts), largest(amperes)];
+        self.own = [0, 1].map(|k| self.own[k].max(most[k]));
         let scales = Scales::of(self.scales(size));
         self.nearest.clear();
         self.nearest.resize(block.count(), f64::INFINITY);
@@ -116,7 +111,7 @@ impl Valve {
                 kept.clone_from(sizes);
             }
         }
-        if largest_is_small(&self.nearest) && finite(volts) && finite(amperes) {
+        if largest(&self.nearest) <= TOLERANCE && finite(volts) && finite(amperes) {
             return;
         }
         let times = block.column(0);

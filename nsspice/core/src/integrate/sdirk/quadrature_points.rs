@@ -1,18 +1,20 @@
-//! Points of a step at which the certificate integrates what flows.
+//! Points of a step at which the certificate integrates what flows, where somebody asks for errors of steps.
 
 use super::controller::stage_equations::Fit;
 use super::run::Sdirk;
 use super::Accuracy;
-use crate::audit::PLACES;
+use crate::audit::{Asked, PLACES};
 use crate::integrate::implicit::stepper::Stepper;
 
 impl Sdirk {
+    /// Whether errors of steps are asked for, and steps have a tolerance that is not one of energies.
+    pub(super) fn finds_errors(&self, s: &Stepper) -> bool {
+        let Accuracy { relative, energy, .. } = self.settings.accuracy;
+        s.recorder.samples.errors && relative < 1.0 && !energy && s.recorder.sums.is_some()
+    }
+
     /// Evaluates the points inside the accepted step, up to the part `theta`, at which the certificate finds its error.
     pub(super) fn take_nodes(&mut self, s: &mut Stepper, theta: f64) {
-        let Accuracy { relative, energy, .. } = self.settings.accuracy;
-        if relative >= 1.0 || energy || s.recorder.sums.is_none() {
-            return; // no tolerance, or one of energies
-        }
         for part in &PLACES[..PLACES.len() - 1] {
             let at = part * theta;
             let fit = self.trial.evaluate(s, &mut self.stage_equations, self.tableau, at);
@@ -20,5 +22,13 @@ impl Sdirk {
                 self.shown.samples.node(s, &self.trial, &self.stage_equations);
             }
         }
+    }
+
+    /// Hands these points and the end of the step, which is evaluated, to the certificate.
+    pub(super) fn find_errors(&mut self, s: &mut Stepper, theta: f64) {
+        let Accuracy { relative, voltage, current, .. } = self.settings.accuracy;
+        let asked = Asked { relative, least: [voltage, current] };
+        self.shown.samples.node(s, &self.trial, &self.stage_equations);
+        self.shown.samples.find_errors(s, &self.trial, theta, asked);
     }
 }

@@ -18,7 +18,7 @@ use super::samples::{no_length, Samples};
 use super::step::Trial;
 use super::visited::Visited;
 use super::{Accuracy, Tableau};
-use crate::audit::{Asked, Taken};
+use crate::audit::Taken;
 use crate::instant::Continuous;
 use crate::integrate::implicit::events::impacts::REST;
 use crate::integrate::implicit::failure::Failure;
@@ -502,7 +502,8 @@ impl Sdirk {
         let (n, m) = (s.state.z.len(), s.state.l.len());
         let Trial { start, length, .. } = self.trial;
         let chosen = self.shown.samples.chooses(s, start, accepted.time, length);
-        if chosen {
+        let erring = chosen && self.finds_errors(s);
+        if erring {
             self.take_nodes(s, accepted.theta);
         }
         if accepted.theta == 1.0 {
@@ -513,15 +514,14 @@ impl Sdirk {
                 self.trial.mode.clone_from(&self.stage_equations.met);
             }
         }
+        if erring {
+            self.find_errors(s, accepted.theta);
+        }
         let event = accepted.end == End::Event;
         let (trial, stage_equations, tableau) = (&self.trial, &self.stage_equations, self.tableau);
         if chosen {
             let (theta, end) = (accepted.theta, accepted.time);
             self.shown.samples.step(s, trial, stage_equations, tableau, theta, end);
-            self.shown.samples.node(s, trial, stage_equations);
-            let Accuracy { relative, voltage, current, .. } = self.settings.accuracy;
-            let asked = Asked { relative, least: [voltage, current] };
-            self.shown.samples.find_errors(s, trial, theta, asked);
         }
         self.shown.samples.sum_up(s, trial, stage_equations, tableau, accepted.theta);
         // a mode that ends where it begins has not been: its values may obey no sign, and are not shown

@@ -39,6 +39,20 @@ fn standing(tableau: &Tableau, i: usize) -> usize {
     }
 }
 
+/// The multipliers at a point, from the guards that are its unknowns.
+fn multipliers<'a>(
+    s: &'a Stepper,
+    stage_equations: &'a StageEquations,
+    x: &'a [f64],
+    open: bool,
+) -> impl Iterator<Item = f64> + 'a {
+    let (n, m) = (s.state.z.len(), s.state.l.len());
+    let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
+    guards.enumerate().map(move |(i, (&g, (&on, &role)))| {
+        stage_equations.resistances.multiplier(i, g, on, role, open)
+    })
+}
+
 impl Weights {
     /// Of a step that ends at the part `theta` of its length.
     pub fn new(tableau: &Tableau, theta: f64) -> Weights {
@@ -186,12 +200,9 @@ impl Samples {
     /// Keeps the point evaluated last as the next of those at which the error of a recorded step is found.
     pub fn node(&mut self, s: &Stepper, trial: &Trial, stage_equations: &StageEquations) {
         let (n, m) = (s.state.z.len(), s.state.l.len());
-        let (x, open) = (&trial.at.x, trial.open());
-        let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
-        let l = guards.enumerate().map(|(i, (&g, (&on, &role)))| {
-            stage_equations.resistances.multiplier(i, g, on, role, open)
-        });
-        self.nodes.push([x[..n].to_vec(), l.collect(), trial.at.u.clone(), x[n + m..].to_vec()]);
+        let x = &trial.at.x;
+        let l = multipliers(s, stage_equations, x, trial.open()).collect();
+        self.nodes.push([x[..n].to_vec(), l, trial.at.u.clone(), x[n + m..].to_vec()]);
     }
 
     /// Hands these points, the last of them the end of the step, to the certificate.
@@ -215,7 +226,7 @@ impl Samples {
         theta: f64,
         end: f64,
     ) {
-        let (n, m) = (s.state.z.len(), s.state.l.len());
+        let n = s.state.z.len();
         let (stages, h) = (tableau.stages(), trial.length);
         let Weights { own, inner, .. } = self.weights(tableau, theta);
         let taken = &mut self.taken;
@@ -241,12 +252,7 @@ impl Samples {
             let rates = if inside { &trial.stages.rates[i] } else { &trial.at.slope };
             taken.time.push(t);
             taken.z.extend_from_slice(&x[..n]);
-            let guards = x[n..n + m].iter().zip(s.state.active.iter().zip(&s.state.roles));
-            let open = trial.stages.open[i];
-            let multiplier = |(i, (&g, (&on, &role)))| {
-                stage_equations.resistances.multiplier(i, g, on, role, open)
-            };
-            taken.l.extend(guards.enumerate().map(multiplier));
+            taken.l.extend(multipliers(s, stage_equations, x, trial.stages.open[i]));
             taken.u.extend_from_slice(if inside { &trial.stages.inputs[i] } else { &trial.at.u });
             taken.rate.extend_from_slice(&rates[..n]);
             taken.function_rate.extend_from_slice(&rates[n..]);
