@@ -33,7 +33,7 @@ _RECORDED = 16
 _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
 #: analyses whose runs over a .step are one picture
-_FAMILIES = ("tran", "dc", "pss")
+_FAMILIES = ("tran", "dc", "pss", "ac", "loop")
 _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 
 

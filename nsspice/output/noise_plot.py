@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Diagnostic, UsageError
+from .axes import decades
 
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Solution
@@ -25,7 +26,7 @@ def draw_noise(solution: Solution) -> Any:
     UsageError
         NS4009 with fewer than two frequencies above zero.
     """
-    from .plot import COLOURS, new_figure, plain_text
+    from .plot import COLOURS, new_figure, title_of
 
     kept = solution.axis > 0.0
     if int(kept.sum()) < 2:
@@ -42,13 +43,15 @@ def draw_noise(solution: Solution) -> Any:
     parts = [n for n in solution.columns if n.startswith("onoise(")]
     parts.sort(key=lambda n: -float(solution[n][kept].max()))
     for k, name in enumerate(("onoise", "inoise", *parts[:_DRAWN])):
-        panel.loglog(
+        panel.plot(
             f,
             solution[name][kept],
             color=COLOURS[k % len(COLOURS)],
             linewidth=1.8 if k < 2 else 1.0,
             label=name,
         )
+    decades(panel.xaxis, "Hz")
+    decades(panel.yaxis, "V")
     panel.set_xlabel("Frequency [Hz]")
     panel.set_ylabel("Noise [V/√Hz; inoise of a current source A/√Hz]")
     panel.grid(visible=True, color="0.9", linewidth=0.6)
@@ -56,5 +59,5 @@ def draw_noise(solution: Solution) -> Any:
     panel.spines[["top", "right"]].set_visible(False)
     panel.margins(x=0.0)
     panel.legend(frameon=False, fontsize="small")
-    figure.suptitle(plain_text(solution.title, 90), fontsize=11)
+    figure.suptitle(title_of(solution), fontsize=11)
     return figure

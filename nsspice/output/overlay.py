@@ -13,8 +13,11 @@ import numpy.typing as npt
 from ..analyses.signals.signal_names import unit
 from ..analyses.solution.plot_points import drawn
 from ..errors import Diagnostic, UsageError
+from .bode import draw_bode
+from .chosen import axis_limits, limits, moves
+from .colours import Scale
 from .envelope import envelope
-from .plot import check_format, draw, finished, moves, new_figure, plain_text
+from .plot import check_format, draw, finished, new_figure, plain_text
 from .si import number, prefix
 
 if TYPE_CHECKING:
@@ -26,7 +29,6 @@ Floats = npt.NDArray[np.float64]
 PANELS, _CURVES = 6, 200
 #: so few runs are drawn on the points of the engine, more on their output points
 _FINE = 16
-_NAMED = 24  # in a legend
 _DASHES = ("-", "--", "-.", ":")
 
 
@@ -97,13 +99,17 @@ def overlay(
     figure.set_size_inches(9.0, 1.2 + 2.2 * len(shown))
     axes = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
     factor, letter = prefix(max(float(np.abs(s.axis).max()) for s in series))
+    ordered = all(s.parameter is not None for s in series)
+    key = series[0].label.partition(" = ")[0]
+    known = [{key: float(s.parameter)} for s in series if s.parameter is not None]
+    scale = Scale(known if ordered else [{}] * len(series), [s.label for s in series], dark)
     for panel, name in zip(axes, shown, strict=True):
-        _panel(panel, series, name, factor, dark)
+        _panel(panel, series, name, factor, scale)
     symbol = unit(series[0].axis_name)
     word = "Time" if series[0].axis_name == "time" else series[0].axis_name
     axes[-1].set_xlabel(f"{word} [{letter}{symbol}]" if symbol else word)
     if len(series) > 1:
-        _legend(figure, axes, series)
+        scale.legend(figure, axes)
     figure.align_ylabels(axes)
     if title:
         figure.suptitle(title, fontsize=11)
@@ -140,6 +146,10 @@ def plot(
     if len(solutions) == 1:
         return draw(solutions[0], path, columns, dark=dark)
     runs = [s for s in solutions if s.axis_name and s.axis.size > 1]
+    if runs and runs[0].analysis in ("ac", "loop"):
+        if path is not None:
+            check_format(path)
+        return finished(draw_bode(runs, columns), path, dark)
     if len(runs) > _CURVES:
         runs = [runs[k] for k in np.linspace(0, len(runs) - 1, _CURVES).round().astype(int)]
     if columns is None:
@@ -158,7 +168,7 @@ def plot(
         signals = {n: fine[n] for n in names}
         alone = float(values[0]) if len(values) == 1 else None
         series.append(Series(label or run.title, run.axis_name, fine.axis, signals, alone))
-    return overlay(series, names, path, plain_text(runs[0].title, 90) if runs else "", dark=dark)
+    return overlay(series, names, path, plain_text(runs[0].title) if runs else "", dark=dark)
 
 
 def _same(waveforms: Sequence[Floats]) -> bool:
@@ -170,65 +180,25 @@ def _same(waveforms: Sequence[Floats]) -> bool:
     )
 
 
-def _panel(
-    panel: Any, series: Sequence[Series], name: str, factor: float, dark: bool = False
-) -> None:
+def _panel(panel: Any, series: Sequence[Series], name: str, factor: float, scale: Scale) -> None:
     """Draw one signal of all tables."""
     symbol = unit(name)
     values = [np.abs(s.signals[name]) for s in series if name in s.signals]
-    scale, letter = prefix(max(float(np.nanmax(v)) for v in values)) if symbol else (1.0, "")
+    size, letter = prefix(max(float(np.nanmax(v)) for v in values)) if symbol else (1.0, "")
     for k, one in enumerate(series):
         if name in one.signals:
             x, y = envelope(one.axis, one.signals[name])
             style = {
-                "color": _colour(series, k, dark),
+                "color": scale.colour(k),
                 # tables without an order are distinguished in print, too
                 "linestyle": _DASHES[k % 4 if len(series) < 5 and one.parameter is None else 0],
             }
-            panel.plot(x / factor, y / scale, label=one.label, linewidth=1.4, **style)
+            panel.plot(x / factor, y / size, label=one.label, linewidth=1.4, **style)
+    ends = [limits(s.signals[name]) for s in series if name in s.signals]
+    low, high = min(e[0] for e in ends), max(e[1] for e in ends)
+    panel.set_ylim(*axis_limits(low / size, high / size))
+    panel.ticklabel_format(axis="y", useOffset=False)
     panel.set_ylabel(f"{name} [{letter}{symbol}]" if symbol else name)
     panel.grid(visible=True, color="0.9", linewidth=0.8)
     panel.spines[["top", "right"]].set_visible(False)
     panel.margins(x=0.01)
-
-
-def _colour(series: Sequence[Series], k: int, dark: bool = False) -> Any:
-    """Return the colour of a table: that of its parameter on a common scale, else its own."""
-    from matplotlib import colormaps
-
-    from .plot import COLOURS
-
-    least = 0.3 if dark else 0.05  # the dark end would not be seen on dark ground
-    parameters = [s.parameter for s in series]
-    if len(series) > 1 and all(p is not None for p in parameters):
-        low, high = min(parameters), max(parameters)  # type: ignore[type-var]
-        part = (parameters[k] - low) / (high - low) if high > low else 0.5  # type: ignore[operator]
-        return colormaps["viridis"](least + (0.9 - least) * float(part))
-    if len(series) <= len(COLOURS):
-        return COLOURS[k]
-    return colormaps["viridis"](0.9 * k / (len(series) - 1))
-
-
-def _legend(figure: Any, axes: Any, series: Sequence[Series]) -> None:
-    """Name the tables: next to the first panel, or with a colour bar if a parameter orders them."""
-    parameters = [s.parameter for s in series]
-    if len(series) > 8 and all(p is not None for p in parameters):
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
-
-        known = [float(p) for p in parameters if p is not None]
-        bar = ScalarMappable(Normalize(min(known), max(known)), cmap="viridis")
-        figure.colorbar(bar, ax=list(axes), label=series[0].label.partition(" = ")[0])
-        return
-    handles, labels = axes[0].get_legend_handles_labels()
-    axes[0].legend(
-        handles[:_NAMED],
-        labels[:_NAMED],
-        title=f"{len(labels)} runs, {_NAMED} named" if len(labels) > _NAMED else None,
-        title_fontsize="x-small",
-        loc="upper left",
-        bbox_to_anchor=(1.005, 1.02),
-        borderaxespad=0.0,
-        frameon=False,
-        fontsize="small",
-    )

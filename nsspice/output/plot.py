@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..analyses.signals.signal_names import unit
 from ..analyses.solution.plot_points import drawn
 from ..errors import Diagnostic, UsageError
 from .atomic_write import whole
+from .chosen import (
+    CROWD,
+    axis_limits,
+    chosen,
+    default_shown,
+    flat,
+    limits,
+    panels_of,
+    pieces_of,
+    swept_unit,
+)
 from .dark import darken
 from .envelope import band, envelope
 from .files import output_error
 from .si import number, prefix
-from .strips import MOST, conducting, draw_strips, logic
+from .spectrum_plot import draw_spectrum
+from .strips import MOST, Strip, conducting, draw_strips, logic
+from .tail import last_periods, part
 
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Floats, Solution
@@ -32,12 +44,8 @@ COLOURS = (
     "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C564B",
 )  # fmt: skip
 _DASHES = ("-", "--", ":")
-_PANELS = 8  # panels of signals without a unit
-_LEGEND = 12  # more curves than this take a colour scale and thinner lines
-_STILL = 1e-9  # part of a peak: a millionth of a pixel
-_SCALE = 25.0  # a signal lower than this part of a panel is a flat line in it
-_SCALES = 3  # panels of one unit at most
-_MOST = 4  # signals of one unit in a picture for which nobody has chosen
+_LEGEND = CROWD  # more curves than this take a colour scale and thinner lines
+_SPECTRA = 4  # below the waveforms
 _DRAWN = 60  # curves in one panel at most: beyond that nothing can be distinguished
 
 
@@ -72,7 +80,7 @@ def draw(
 
         figure = draw_bode(solution, None if columns is None else flat(columns))
         return finished(figure, path, dark)
-    names, gates = _chosen(solution, columns)
+    names, gates = chosen(solution, columns)
     if not names or not solution.axis_name or solution.axis.size < 2:
         raise UsageError(
             Diagnostic(
@@ -82,30 +90,66 @@ def draw(
             )
         )
     fine = drawn(solution, [*flat(names), *gates])
-    if columns is None:
-        names = _varying(fine, names)
+    if columns is None and solution.view is not None:
+        names = list(default_shown(fine))
     panels = panels_of(fine, names)
-    begin, end = float(fine.axis[0]), float(fine.axis[-1])
-    strips = logic(fine, gates) if gates else []
-    if columns is None:
-        strips += conducting(solution, begin, end)
+    strips = _strips(solution, fine, gates, columns is None)
+    window = last_periods(solution)
+    tail = None if window is None else part(fine, *window)
+    spectra = solution.spectra[:_SPECTRA] if columns is None else []
+    heights = [2.6] * len(panels) + ([0.35 + 0.2 * min(len(strips), MOST)] if strips else [])
     figure = new_figure()
-    low = 0.35 + 0.2 * min(len(strips), MOST)
-    heights = [2.6] * len(panels) + ([low] if strips else [])
-    figure.set_size_inches(9.0, 1.4 + sum(heights))
-    grid = {"height_ratios": heights}
-    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, gridspec_kw=grid)[:, 0]
-    factor, label = _axis_scale(solution)
-    pieces = _pieces(fine)
+    figure.set_size_inches(9.0, 1.4 + sum(heights) + 2.4 * len(spectra))
+    grid = figure.add_gridspec(
+        len(heights) + len(spectra),
+        1 if tail is None else 2,
+        height_ratios=heights + [2.2] * len(spectra),
+        width_ratios=None if tail is None else (2.2, 1.0),
+    )
+    _column(figure, grid[: len(heights), 0], fine, panels, strips, heights, tail is None)
+    if tail is not None:
+        strips = _strips(solution, tail, gates, columns is None)
+        _column(figure, grid[: len(heights), 1], tail, panels, strips, heights, True)
+    for k, spectrum in enumerate(spectra):
+        draw_spectrum(figure.add_subplot(grid[len(heights) + k, :]), spectrum)
+    figure.suptitle(title_of(solution), fontsize=11)
+    return finished(figure, path, dark)
+
+
+def _strips(solution: Solution, shown: Solution, gates: Sequence[str], all_: bool) -> list[Strip]:
+    """Return the strips of what is shown: gates, and who conducts."""
+    begin, end = float(shown.axis[0]), float(shown.axis[-1])
+    return [
+        *(logic(shown, gates) if gates else []),
+        *(conducting(solution, begin, end) if all_ else []),
+    ]
+
+
+def _column(
+    figure: Any,
+    place: Any,
+    shown: Solution,
+    panels: Sequence[tuple[str, list[str]]],
+    strips: Sequence[Strip],
+    heights: Sequence[float],
+    named: bool,
+) -> None:
+    """Draw panels and strips above a common axis; ``named`` with a legend."""
+    grid = place.subgridspec(len(heights), 1, height_ratios=heights)
+    axes: list[Any] = []
+    for k in range(len(panels) + bool(strips)):
+        axes.append(figure.add_subplot(grid[k], sharex=axes[0] if axes else None))
+        axes[-1].tick_params(labelbottom=k == len(heights) - 1)
+    factor, label = _axis_scale(shown)
+    pieces = pieces_of(shown.axis)
     for panel, (symbol, members) in zip(axes, panels, strict=False):
-        _panel(panel, fine, symbol, members, factor, pieces)
+        _panel(panel, shown, symbol, members, factor, pieces, named)
     if strips:
+        begin, end = float(shown.axis[0]), float(shown.axis[-1])
         draw_strips(axes[-1], strips[:MOST], begin / factor, end / factor)
         label += f"   ({len(strips) - MOST} more elements)" if len(strips) > MOST else ""
     axes[-1].set_xlabel(label)
     figure.align_ylabels(axes[: len(panels)])
-    figure.suptitle(_title(solution), fontsize=11)
-    return finished(figure, path, dark)
 
 
 def finished(figure: Any, path: str | Path | None, dark: bool) -> Any:
@@ -115,87 +159,6 @@ def finished(figure: Any, path: str | Path | None, dark: bool) -> Any:
     if path is not None:
         save_figure(figure, Path(path))
     return figure
-
-
-def flat(columns: Sequence[str | Sequence[str]]) -> list[str]:
-    """Return the names of signals and of groups of signals in one list."""
-    return [n for item in columns for n in ([item] if isinstance(item, str) else item)]
-
-
-def _chosen(
-    solution: Solution, columns: Sequence[str | Sequence[str]] | None
-) -> tuple[list[str | Sequence[str]], Sequence[str]]:
-    """Return what is drawn, and which of the signals are gates."""
-    if columns is not None:
-        return list(columns), ()
-    view = solution.view
-    if view is not None and solution.axis_name == "time" and view.shown:
-        return list(view.shown), view.gates
-    shown: list[str | Sequence[str]] = list(solution.columns if view is None else view.shown)
-    # of a circuit what has a unit; other systems have none, and a panel for each signal
-    return [name for name in shown if unit(str(name))] or list(solution.columns), ()
-
-
-def _varying(solution: Solution, names: list[str | Sequence[str]]) -> list[str | Sequence[str]]:
-    """Return the signals of a default picture that change, and not too many of a unit."""
-    if solution.view is None:
-        return names
-    all_ = flat(names)
-    moving = [n for n in all_ if moves(solution[n])]
-    units = {unit(n) for n in moving}
-    # an output that does not move is shown if nothing else has its unit
-    still = [n for n in all_ if "out" in n and unit(n) not in units]
-    found = [n for n in all_ if n in moving or n in still] or all_
-    return [n for k, n in enumerate(found) if [unit(m) for m in found[:k]].count(unit(n)) < _MOST]
-
-
-def panels_of(
-    solution: Solution, names: Sequence[str | Sequence[str]]
-) -> list[tuple[str, list[str]]]:
-    """Return the signals of each panel with their unit: one panel for each unit and scale.
-
-    A group of names is a panel as it is.  Signals that would be flat next to larger ones of the
-    same unit have a panel of their own.
-    """
-    panels: list[tuple[str, list[str]]] = []
-    loose = [n for n in names if isinstance(n, str)]
-    for group in names:
-        if not isinstance(group, str):
-            units = {unit(n) for n in group}
-            panels.append((units.pop() if len(units) == 1 else "", list(group)))
-    for symbol in ("V", "A", "W"):
-        members = [n for n in loose if unit(n) == symbol]
-        panels += [(symbol, part) for part in _by_scale(solution, members)]
-    panels += [("", [n]) for n in loose[:_PANELS] if not unit(n)]
-    return panels
-
-
-def _by_scale(solution: Solution, members: list[str]) -> list[list[str]]:
-    """Return signals in groups whose peaks are within ``_SCALE`` of each other, largest first."""
-    if len(members) > _LEGEND:  # so many are a picture of the whole
-        return [members]
-    peaks = {name: _peak(solution[name]) for name in members}
-    groups: list[list[str]] = []
-    top = 0.0
-    for name in sorted(members, key=lambda n: -peaks[n]):
-        if groups and (peaks[name] == 0.0 or peaks[name] * _SCALE >= top or len(groups) == _SCALES):
-            groups[-1].append(name)
-        else:
-            groups.append([name])
-            top = peaks[name]
-    return [sorted(group, key=members.index) for group in groups]
-
-
-def moves(values: Floats) -> bool:
-    """Return whether a signal varies by more than its rounding, which cannot be seen."""
-    return float(np.ptp(values)) > _STILL * _peak(values)
-
-
-def _peak(values: Floats) -> float:
-    """Return the largest finite magnitude, 0 without any."""
-    sizes = np.abs(values)
-    sizes = sizes[np.isfinite(sizes)]
-    return float(sizes.max()) if sizes.size else 0.0
 
 
 def new_figure() -> Any:
@@ -225,42 +188,33 @@ def new_figure() -> Any:
     return figure
 
 
-def _title(solution: Solution) -> str:
-    title = solution.title or {"tran": "Transient", "dc": "DC sweep"}.get(solution.analysis, "")
-    text = plain_text(title, 90)
+def title_of(solution: Solution) -> str:
+    """Return the title of a run: that of the deck, and the values of its parameters."""
+    text = plain_text(solution.title or {"dc": "DC sweep"}.get(solution.analysis, "Transient"))
     if solution.parameters:
         text += "\n" + ", ".join(f"{k} = {number(v)}" for k, v in solution.parameters.items())
     return text
 
 
-def plain_text(text: str, most: int) -> str:
-    """Return a text of a deck as a title: so many characters at most, no formulas."""
-    if len(text) > most:
-        text = text[: most - 3] + "..."
-    return text.replace("$", r"\$")  # a dollar sign would start matplotlib's formula mode
+def plain_text(text: str, width: int = 88) -> str:
+    """Return a text of a deck as a title: in lines of so many characters, no formulas.
 
-
-def _axis_unit(name: str) -> str:
-    """Return the unit of the axis; that of a swept source follows from its letter."""
-    return unit(name) or {"v": "V", "i": "A", "r": "Ω"}.get(name.split(".")[-1][:1], "")
+    Examples
+    --------
+    >>> plain_text("Boost converter at 5 $", 15)
+    'Boost converter\\nat 5 \\\\$'
+    """
+    lines = "\n".join(textwrap.wrap(text, width))
+    return lines.replace("$", r"\$")  # a dollar sign would start matplotlib's formula mode
 
 
 def _axis_scale(solution: Solution) -> tuple[float, str]:
-    symbol = _axis_unit(solution.axis_name)
+    symbol = swept_unit(solution.axis_name)
     factor, letter = prefix(float(np.max(np.abs(solution.axis)))) if symbol else (1.0, "")
     if symbol == "°C":
         factor, letter = 1.0, ""
     name = "Time" if solution.axis_name == "time" else solution.axis_name
     return factor, f"{name} [{letter}{symbol}]" if symbol else name
-
-
-def _pieces(solution: Solution) -> list[slice]:
-    """Return the runs of the axis: one for a transient, one per curve of a nested sweep."""
-    steps = np.sign(np.diff(solution.axis))
-    # the first two rows may be both sides of a jump
-    direction = steps[np.flatnonzero(steps)[:1]].sum()
-    breaks = [0, *(np.flatnonzero(steps == -direction) + 1).tolist(), solution.axis.size]
-    return [slice(a, b) for a, b in pairwise(breaks)]
 
 
 def _panel(
@@ -270,11 +224,14 @@ def _panel(
     members: list[str],
     x_factor: float,
     pieces: list[slice],
+    named: bool,
 ) -> None:
     """Draw the signals of one unit."""
     total = len(members)
     members = _spread(members, _DRAWN)
-    peak = max(_peak(solution[name]) for name in members)
+    ends = [limits(solution[name]) for name in members]
+    low, high = min(e[0] for e in ends), max(e[1] for e in ends)
+    peak = max(abs(low), abs(high))
     factor, letter = prefix(peak) if symbol else (1.0, "")
     crowded = len(members) > _LEGEND
     for k, name in enumerate(members):
@@ -287,9 +244,13 @@ def _panel(
     panel.grid(visible=True, color="0.9", linewidth=0.8)
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
-    panel.axhline(0.0, color="0.6", linewidth=0.7, zorder=0.5)
+    if low <= 0.0 <= high:
+        panel.axhline(0.0, color="0.6", linewidth=0.7, zorder=0.5)
     panel.margins(x=0.01)
-    _flat_limits(panel, peak / factor)
+    panel.set_ylim(*axis_limits(low / factor, high / factor))
+    panel.ticklabel_format(axis="y", useOffset=False)  # ripple on a mean: the whole number
+    if not named:
+        return
     handles, labels = panel.get_legend_handles_labels()
     if crowded:
         handles, labels = _spread(handles, 2 * _LEGEND), _spread(labels, 2 * _LEGEND)
@@ -352,15 +313,6 @@ def _style(k: int, count: int) -> dict[str, Any]:
     from matplotlib import colormaps
 
     return {"color": colormaps["viridis"](0.95 * k / (count - 1)), "linewidth": 0.9}
-
-
-def _flat_limits(panel: Any, peak: float) -> None:
-    """Keep rounding noise of a constant signal from filling the panel."""
-    low, high = panel.get_ylim()
-    least = 1e-3 * peak if peak else 1.0
-    if high - low < least:
-        middle = (low + high) / 2.0
-        panel.set_ylim(middle - least, middle + least)
 
 
 def save_figure(figure: Any, path: Path) -> None:

@@ -71,7 +71,8 @@ def conducting(solution: Solution, begin: float, end: float) -> list[Strip]:
             times = np.clip(events.times[mine], begin, end)
             bounds = np.concatenate([[begin], times, [end]])
             states = np.concatenate([[1.0 - on[0]], on])
-            edges = _cells(begin, end, on.size)
+            inside = np.count_nonzero((times > begin) & (times < end))
+            edges = _cells(begin, end, int(inside))
             strips.append(Strip(name, on_shares(bounds, states, edges), CONDUCTS))
     return strips
 

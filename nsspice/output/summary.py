@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..analyses.certificate.certificate import MISSED
 from ..analyses.signals.signal_names import unit
 from .si import number
+from .spectrum_plot import is_line
 
 if TYPE_CHECKING:
     from ..analyses.certificate.certificate import Certificate
@@ -31,6 +32,7 @@ _COUNTERS = (
 )
 _DOUBTFUL = 1e-6  # relative error of a derivative that is reported
 _POWERS = 30  # elements listed with their power
+_LINES = 30  # harmonics listed
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
 
@@ -160,19 +162,24 @@ def _powers(table: LossTable) -> list[str]:
 
 
 def _spectrum(spectrum: Spectrum) -> list[str]:
-    """Return the harmonics of a signal: order, amplitude, phase."""
+    """Return the harmonics of a signal, the largest first: order, amplitude, phase."""
     symbol = unit(spectrum.signal)
     thd = "" if math.isnan(spectrum.distortion) else f", THD {100 * spectrum.distortion:.6g} %"
     mean, *others = spectrum.coefficients
+    known = mean.real if is_line(spectrum, abs(mean)) else 0.0
     lines = [
         f"  {spectrum.signal} at {number(spectrum.frequency, 'Hz', 9)}: mean "
-        f"{number(mean.real, symbol, 9)}, rms {number(spectrum.rms, symbol, 9)}{thd}"
+        f"{number(known, symbol, 9)}, rms {number(spectrum.rms, symbol, 9)}{thd}"
     ]
-    largest = max((abs(c) for c in others), default=0.0)
-    for order, c in enumerate(others, 1):
-        # what is rounding next to the largest has no phase
-        phase = f"{math.degrees(cmath.phase(c)):.4g}°" if abs(c) > 1e-13 * largest else "-"
-        lines.append(f"    {order:>3} {number(2.0 * abs(c), symbol, 9):>16} {phase:>9}")
+    amplitudes = {k: 2.0 * abs(c) for k, c in enumerate(others, 1)}
+    seen = [k for k, size in amplitudes.items() if is_line(spectrum, size)]
+    for k in sorted(seen, key=lambda k: -amplitudes[k])[:_LINES]:
+        phase = f"{math.degrees(cmath.phase(others[k - 1])):.4g}°"
+        lines.append(f"    {k:>3} {number(amplitudes[k], symbol, 9):>16} {phase:>9}")
+    if len(seen) > _LINES:
+        lines.append(f"    ... and {len(seen) - _LINES} smaller ones")
+    if len(seen) < len(others):
+        lines.append(f"    {_count(len(others) - len(seen), 'other')} zero to rounding")
     return lines
 
 

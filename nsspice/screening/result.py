@@ -212,22 +212,22 @@ class EffectsReport:
         -------
         matplotlib.figure.Figure
         """
-        from ..output.plot import COLOURS, check_format, new_figure, save_figure
+        from ..output.axes import label_apart
+        from ..output.plot import COLOURS, check_format, new_figure, plain_text, save_figure
 
         if path is not None:
             check_format(path)
         figure = new_figure()
         panel = figure.subplots()
         figure.set_size_inches(8.0, 5.5)
+        labels = []
         shades = {"drop": COLOURS[2], "keep": COLOURS[1], "no cost": COLOURS[0]}
         for row in self.rows:
             if math.isnan(row.factor) or math.isnan(row.change):
                 continue
             x, y = max(row.factor, 0.5), max(row.change, 1e-12)
             panel.plot(x, y, "o", color=shades.get(row.verdict, "0.5"))
-            panel.annotate(
-                row.edit.name, (x, y), xytext=(5, 3), textcoords="offset points", fontsize=8
-            )
+            labels.append((row.edit.name, (x, y)))
         panel.axhline(self.tol, color="0.4", linestyle="--", linewidth=1.0)
         panel.text(0.99, self.tol, "tolerance ", ha="right", va="bottom", fontsize=8,
                    transform=panel.get_yaxis_transform())  # fmt: skip
@@ -239,7 +239,8 @@ class EffectsReport:
         for verdict, colour in shades.items():
             panel.plot([], [], "o", color=colour, label=verdict)
         panel.legend(loc="upper left", frameon=False, fontsize="small")
-        panel.set_title(self.title, fontsize=11)
+        panel.set_title(plain_text(self.title, 70), fontsize=11)
+        label_apart(figure, panel, labels)
         if path is not None:
             save_figure(figure, Path(path))
         return figure

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 _DECADES = 30.0
 _CURVES = 24  # of one panel; more cannot be distinguished
 _LEVELS = 16  # of contours
-_LONGEST = 90  # characters of a title or label
 _QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -147,7 +146,7 @@ def _is_logarithmic(x: Floats) -> bool:
 
 
 def _shown(text: str) -> str:
-    return plain_text(text, _LONGEST)
+    return plain_text(text)
 
 
 def _named(name: str, letter: str, unit: str) -> str:

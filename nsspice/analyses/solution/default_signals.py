@@ -70,8 +70,18 @@ def view_of(circuit: Circuit, kind: str, columns: Sequence[str]) -> View:
     if len(voltages) > _FEW:
         outputs = [n for n in voltages if "out" in n]
         outputs += [n for n in measured if n.startswith("v(") and n not in (*outputs, *gates)]
-        voltages = outputs or voltages[:_FIRST]
+        loads = [] if outputs else _loads(circuit)
+        voltages = outputs or loads or voltages[:_FIRST]
     wanted = [n for n in currents if n.startswith("i(l") or n in measured]
     drivers = {f"i({d.name})" for d in circuit.devices if set(d.nodes) <= {"0", *nodes}}
     currents = wanted or [n for n in currents if n not in drivers][:_FIRST]
     return View((*voltages, *currents), tuple(gates))
+
+
+def _loads(circuit: Circuit) -> list[str]:
+    """Return the voltages of resistors that have a capacitor in parallel: outputs of converters."""
+    smoothed = {frozenset(d.nodes[:2]) for d in circuit.devices if d.letter == "c"}
+    ends = [d.nodes[:2] for d in circuit.devices if d.letter == "r"]
+    found = [pair for pair in ends if frozenset(pair) in smoothed and len(set(pair)) == 2]
+    names = [f"v({','.join(n for n in pair if n != '0')})" for pair in found]
+    return list(dict.fromkeys(names))[:_FEW]

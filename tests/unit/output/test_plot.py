@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 import nsspice
+from nsspice.analyses.results.loop_report import Crossing, LoopReport
+from nsspice.analyses.results.spectrum import Spectrum
 from nsspice.analyses.solution.solution import Solution
 from nsspice.errors import OutputError, UsageError
+from nsspice.output.axes import label_apart
 from nsspice.output.envelope import band, envelope
+from nsspice.output.plot import new_figure
 
 
 def transient(**signals: np.ndarray) -> Solution:
@@ -192,8 +197,9 @@ Vg g 0 PULSE(0 1 0 0 0 4u 10u)
 
 def test_nobody_has_chosen_outputs_inductor_currents_gates_and_who_conducts():
     figure = nsspice.run(BUCK)[0].plot()
-    assert [_labels(axes) for axes in figure.axes[:2]] == [["v(sw)", "v(out)"], ["i(l1)"]]
-    strips = figure.axes[2]
+    # the output moves by 0.1 V: next to the 24 V of the switch node it would be a flat line
+    assert [_labels(axes) for axes in figure.axes[:3]] == [["v(sw)"], ["v(out)"], ["i(l1)"]]
+    strips = figure.axes[3]
     assert [text.get_text() for text in strips.get_yticklabels()] == ["v(g)", "s1", "d1"]
     # the gate, the switch and the diode over three periods of 10 us: on for 4 us, on, off
     parts = [
@@ -215,11 +221,17 @@ def test_a_control_that_has_more_than_two_levels_is_no_strip():
 
 def test_strips_of_many_changes_are_shares_without_moire():
     deck = BUCK.replace(".tran 1u 30u uic", ".tran 10u 5m uic")
-    strips = nsspice.run(deck)[0].plot().axes[-1]
+    axes = nsspice.run(deck)[0].plot().axes
+    strips, last = (panel for panel in axes if panel.images)
     gate = strips.images[0].get_array()[0, :, 3]
     assert gate.size == 100
     assert np.ptp(gate) < 0.05
     assert gate.mean() == pytest.approx(0.4, abs=0.01)
+    # the last three periods of 10 us have a column of their own
+    low, high = last.images[0].get_extent()[:2]
+    assert high - low == pytest.approx(0.03, rel=1e-3)
+    shown = last.images[0].get_array()[0, :, 3]
+    assert np.count_nonzero(np.diff(shown > 0.5)) in (5, 6)
 
 
 def test_steps_are_a_family_with_the_parameter_as_colour(tmp_path):
@@ -254,3 +266,100 @@ def test_pictures_for_dark_pages(solution):
         assert min(to_rgb(axes.get_yticklabels()[0].get_color())) > 0.7
     (name,) = figure.axes[0].get_legend().get_texts()
     assert min(to_rgb(name.get_color())) > 0.7
+
+
+def test_a_ripple_is_not_hidden_by_a_forced_zero():
+    t = np.linspace(0.0, 1.0, 200)
+    low, high = transient(v_out=12.0 + 0.01 * np.sin(20.0 * t)).plot().axes[0].get_ylim()
+    assert high - low < 0.03
+    # what swings through most of its size has the zero line
+    assert transient(v_out=3.0 + 2.0 * np.sin(20.0 * t)).plot().axes[0].get_ylim()[0] <= 0.0
+
+
+def test_a_long_title_is_whole():
+    title = "Buck converter " * 12
+    figure = transient(v_a=np.linspace(0.0, 1.0, 50)).plot()
+    assert "\n" not in figure.get_suptitle()
+    figure = Solution("tran", title, "time", np.arange(3.0), {"v(a)": np.arange(3.0)}).plot()
+    assert figure.get_suptitle().replace("\n", " ") == title.strip()
+
+
+FILTER = """Filter
+.param r=10
+V1 in 0 AC 1
+L1 in out 100u
+C1 out 0 10u
+R1 out 0 {r}
+.ac dec 20 100 1meg
+.step param r list 1 3 10 30 100 300 1k 3k 10k
+"""
+
+
+def test_responses_of_a_step_are_one_picture_on_a_scale_of_decades():
+    figure = nsspice.plot(nsspice.run(FILTER))
+    top, bottom, bar = figure.axes
+    assert (top.get_xscale(), bar.get_yscale()) == ("log", "log")
+    figure.canvas.draw()
+    ticks = [t.get_text() for t in bottom.get_xticklabels()]
+    assert all("10^" not in t for t in ticks)
+    assert "100 k" in ticks
+    # a line has the colour that the bar shows at its value: 100 is the middle of 1 .. 10 000
+    line = top.lines[4]
+    middle = bar.collections[-1].cmap(bar.collections[-1].norm(100.0))
+    assert np.allclose(line.get_color(), middle)
+    assert float(bar.collections[-1].norm(100.0)) == pytest.approx(0.5)
+
+
+def test_margins_are_marked_between_the_curve_and_the_critical_levels():
+    f = np.geomspace(1.0, 1e3, 31)
+    loop = 20.0 / (1.0 + 1j * f / 10.0) ** 3
+    report = LoopReport((Crossing(25.2, -24.1),), (Crossing(17.3, -7.96),))
+    signals = {"re(t)": loop.real, "im(t)": loop.imag}
+    figure = Solution("loop", "three poles", "frequency", f, signals, loop=report).plot()
+    top, bottom = figure.axes
+    levels = [line.get_ydata()[0] for line in bottom.lines if line.get_linestyle() == "--"]
+    assert levels == [-180.0]
+    segments = [line.get_ydata() for line in bottom.lines if len(line.get_ydata()) == 2]
+    assert any(sorted(y) == pytest.approx([-204.1, -180.0]) for y in segments)
+    segments = [line.get_ydata() for line in top.lines if len(line.get_ydata()) == 2]
+    assert any(sorted(y) == pytest.approx([0.0, 7.96]) for y in segments)
+
+
+def test_a_spectrum_has_its_largest_lines_and_no_rounding():
+    t = np.linspace(0.0, 1e-3, 200)
+    found = Spectrum("v(out)", 1e3, (1e-17 + 0j, 0.5 + 0j, 1e-17 + 0j, 0.05 + 0j), 0.71, 0.1)
+    solution = Solution("pss", "s", "time", t, {"v(out)": np.sin(t)}, spectra=[found])
+    panel = solution.plot().axes[-1]
+    stems = {round(float(s[0][0]), 3): float(s[1][1]) for s in panel.collections[0].get_segments()}
+    assert stems == {1.0: 1.0, 3.0: 0.1}
+    assert "mean 0 V" in panel.get_title()
+    lines = solution.summary().splitlines()
+    first = next(k for k, line in enumerate(lines) if "THD" in line)
+    assert [line.split()[0] for line in lines[first + 1 : first + 3]] == ["1", "3"]
+    assert "1 other zero to rounding" in lines[first + 3]
+
+
+def test_names_of_points_do_not_overlap():
+    figure = new_figure()
+    panel = figure.subplots()
+    panel.plot([0.0, 1.0], [0.0, 1.0], "o")
+    near = [(f"element_{k}", (0.5, 0.5 + 0.001 * k)) for k in range(12)]
+    texts = label_apart(figure, panel, near)
+    boxes = [Text.get_window_extent(text) for text in texts]
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+
+
+def test_a_load_is_the_output_of_a_circuit_that_names_none():
+    rectifier = """Bridge rectifier
+V1 a b SIN(0 325 50)
+D1 a p
+D2 b p
+D3 n a
+D4 n b
+C1 p n 100u
+R1 p n 1k
+Rg n 0 1meg
+.tran 0.1m 40m
+"""
+    axes = nsspice.run(rectifier)[0].plot().axes
+    assert "v(p,n)" in [name for panel in axes for name in _labels(panel)]
