@@ -280,12 +280,22 @@ class ModewiseStepper(Stepper):
         self._core.keep_sides(sides)
 
     def take_along(self, auditor: _core.Auditor) -> None:
-        """Let the balance of energy of an auditor go with the run; call it before the start.
+        """Let an auditor look at all segments, and balance their energy; call it before the start.
 
         Combined rows have no energies of their own: then the recorded points alone are balanced.
         """
+        self._core.look_at_all(auditor)
         if self._rows is None:
             super().take_along(auditor)
+
+    @property
+    def looked_at(self) -> dict[str, Any] | None:
+        """What an auditor has found in the segments up to now, None without one.
+
+        The worst errors of ``complementarity``, ``gates`` and ``sources``, where they are
+        (``worst_pair``, ``worst_gate``, ``worst_source``), and the number of ``points``.
+        """
+        return self._core.looked_at()
 
     def follow(self, outputs: Sequence[int], start: float, stop: float) -> None:
         """Record some outputs between the rows: polynomials that equal closed forms to rounding.

@@ -322,6 +322,7 @@ class IslandRunner:
             sums,
             self.stepper.turns,
             self.settings.reltol if self.method == "sdirk" else 0.0,
+            self.stepper.looked_at if isinstance(self.stepper, ModewiseStepper) else None,
         )
         energy = certificate.energy
         if energy is not None and self._shared is not None:

@@ -109,7 +109,7 @@ impl Gates {
 }
 
 /// How far a control lies beyond its threshold, in units in which [`TOLERANCE`] is allowed.
-fn excess(switch: &Switch, gate: bool, z: &[f64], beyond: f64, swing: f64) -> f64 {
+pub(super) fn excess(switch: &Switch, gate: bool, z: &[f64], beyond: f64, swing: f64) -> f64 {
     if beyond <= 0.0 {
         return 0.0;
     }

@@ -211,9 +211,14 @@ impl Sources {
     /// Compares rows of `u` at instants, some of them if they are many.
     pub fn take(&mut self, instants: &[(f64, usize)], u: &[f64]) {
         let stride = instants.len().div_ceil(MOST).max(1);
+        self.take_all(instants.iter().copied().step_by(stride), u);
+    }
+
+    /// Compares rows of `u` at all of these instants.
+    pub fn take_all(&mut self, instants: impl Iterator<Item = (f64, usize)> + Clone, u: &[f64]) {
         let count = self.waveforms.len();
         for (k, waveform) in self.waveforms.iter().enumerate() {
-            let some = || instants.iter().copied().step_by(stride);
+            let some = || instants.clone();
             let (mut largest, mut off) = (self.largest[k], 0.0);
             let compared = |t: f64, row: usize| (waveform.value(t), u[row * count + k]);
             for (t, row) in some() {

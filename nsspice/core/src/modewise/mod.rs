@@ -49,6 +49,7 @@ mod run_state;
 mod samples;
 mod scales;
 mod segment_energies;
+mod segment_points;
 mod sharpen;
 mod single;
 pub mod spectrum;

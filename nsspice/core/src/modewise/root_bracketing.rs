@@ -43,6 +43,8 @@ pub struct EventSearch {
     fourth: Vec<f64>,
     falling: Vec<usize>,
     roots: Vec<(f64, usize)>,
+    /// how low a guard has dipped between its values at both ends of an interval, as a part of them, and when
+    lowest: (f64, f64),
     /// intervals looked at
     pub intervals: u64,
 }
@@ -69,6 +71,7 @@ impl EventSearch {
         begin: f64,
     ) -> (f64, Ending) {
         self.crossing.clear();
+        self.lowest = (f64::INFINITY, f64::NAN);
         self.to.t = f64::NAN;
         let count = guards.count;
         if count == 0 || horizon <= 0.0 {
@@ -132,6 +135,7 @@ impl EventSearch {
                 fault!("event_halfway" => return (0.5 * (t + root), Ending::Crossing));
                 return (root, Ending::Crossing);
             }
+            self.note_dips(clear, t, length);
             if end >= horizon {
                 return (horizon, Ending::Horizon);
             }
@@ -139,6 +143,29 @@ impl EventSearch {
             std::mem::swap(&mut self.from, &mut self.to);
             std::mem::swap(&mut self.old, &mut self.new);
             h = GROWTH * length;
+        }
+    }
+
+    /// When a guard came nearest to zero between the ends of intervals, if any has been lower there than at both.
+    pub fn nearest(&self) -> Option<f64> {
+        self.lowest.0.is_finite().then_some(self.lowest.1)
+    }
+
+    /// Looks for the guard that dips deepest in an interval of the length `h` that begins at `t`.
+    fn note_dips(&mut self, clear: &[f64], t: f64, h: f64) {
+        for j in (0..clear.len()).filter(|&j| clear[j] <= t) {
+            let [g0, g1, d0, d1] = self.ends(j);
+            let (d0, d1) = (h * d0, h * d1);
+            let low = (g0 + d0 / 3.0).min(g1 - d1 / 3.0);
+            if d0 >= 0.0 || d1 <= 0.0 || low >= self.lowest.0 * g0.abs().max(g1.abs()) {
+                continue;
+            }
+            // the minimum of the Hermite polynomial g0 + s (d0 + s (c2 + s c3))
+            let (c2, c3) = (3.0 * (g1 - g0) - 2.0 * d0 - d1, 2.0 * (g0 - g1) + d0 + d1);
+            let s = -d0 / (c2 + (c2 * c2 - 3.0 * c3 * d0).max(0.0).sqrt());
+            if s > 0.0 && s < 1.0 {
+                self.lowest = (low / g0.abs().max(g1.abs()), t + h * s);
+            }
         }
     }
 

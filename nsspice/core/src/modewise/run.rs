@@ -15,6 +15,7 @@ use super::root_bracketing::{Ending, EventSearch};
 use super::rows::Table;
 use super::run_state::{Motion, Phase, Plan, Span, State};
 use super::samples::Samples;
+use super::segment_points::Along;
 use super::successor::{cause_of, roles, Picker, Scene};
 use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};
@@ -48,6 +49,7 @@ pub struct Engine {
     pub(super) accumulation: Accumulation,
     checked: Vec<bool>,
     pub(super) samples: Samples,
+    pub(super) along: Along,
     pub(super) energy_balance: EnergyBalance,
     pub(super) trace: Trace,
     /// jumps and changes of pairs
@@ -77,6 +79,7 @@ impl Engine {
             accumulation: Accumulation::default(),
             checked: Vec::new(),
             samples: Samples::default(),
+            along: Along::default(),
             energy_balance: EnergyBalance::default(),
             trace: Trace::default(),
             log: Log { pairs: vec![false; net.m], ..Log::default() },
@@ -283,7 +286,7 @@ impl Engine {
     fn walk(&mut self, horizon: f64) -> Result<(), Failure> {
         let Some((id, mode)) = self.motion.present.clone() else { return Ok(()) };
         self.sample_begin(&mode);
-        let verifier = &self.picker.verifier;
+        let (verifier, looked) = (&self.picker.verifier, self.event_search.intervals);
         let (length, ending) = self.event_search.walk(
             &self.motion.path,
             &verifier.start,
@@ -320,6 +323,7 @@ impl Engine {
             Some(reached) => std::mem::swap(reached, &mut self.motion.point),
             None => self.motion.path.at(length, &mut self.motion.point),
         }
+        self.look_along(&mode, length, self.event_search.intervals - looked);
         self.stats.events += self.log.note(self.registry.on(id), self.span.time);
         if id >= self.checked.len() {
             self.checked.resize(id + 1, false);

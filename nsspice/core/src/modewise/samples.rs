@@ -292,7 +292,7 @@ impl Engine {
     }
 
     /// How far the controls of switches may lie beyond their thresholds.
-    fn doubt(&self, mode: &Mode) -> f64 {
+    pub(super) fn doubt(&self, mode: &Mode) -> f64 {
         if self.control.sampling.on.contains(&true) {
             return f64::INFINITY;
         }

@@ -3,7 +3,7 @@
 use super::points::{PyIntervals, PyRecords};
 use super::system::{misfit, PySystem};
 use super::{invalid, Floats, Matrix, TurnSpec};
-use crate::audit::{Auditor, Balance, Between, Gates, Sources, Steps, Sums, Taken};
+use crate::audit::{Auditor, Balance, Between, Gates, SegmentPoints, Sources, Steps, Sums, Taken};
 use crate::structure::Coordinates;
 use crate::switch::Turn;
 use numpy::{PyReadonlyArrayDyn, PyUntypedArrayMethods};
@@ -19,6 +19,8 @@ pub(super) struct PyAuditor {
     tree: Option<Coordinates>,
     /// for the engine that is accompanied
     pub sums: Option<Sums>,
+    /// for the exact engine: all of its segments
+    pub points: Option<SegmentPoints>,
 }
 
 /// An array among the attributes of an object.
@@ -69,6 +71,9 @@ impl PyAuditor {
             }
             inner.sources = Some(Sources::new(&system.described));
         }
+        let points = (timed && smooth.is_none()).then(|| {
+            SegmentPoints::new(&system.linear, system.switches.clone(), &system.described)
+        });
         if !system.switches.is_empty() {
             let mut switches = system.switches.clone();
             if let Some(tree) = &tree {
@@ -78,7 +83,7 @@ impl PyAuditor {
             }
             inner.gates = Some(Gates::new(switches));
         }
-        Ok(PyAuditor { inner, functions, tree, sums })
+        Ok(PyAuditor { inner, functions, tree, sums, points })
     }
 
     /// Checks recorded steps as an engine left them, or `nsspice.solvers.moreau.Records`.
@@ -301,6 +306,22 @@ impl PyAuditor {
         });
         Ok(())
     }
+}
+
+/// What was found in the segments of a run, as a dict.
+pub(super) fn points_dict<'py>(
+    py: Python<'py>,
+    points: &SegmentPoints,
+) -> PyResult<Bound<'py, PyDict>> {
+    let out = PyDict::new(py);
+    out.set_item(intern!(py, "points"), points.count)?;
+    out.set_item(intern!(py, "complementarity"), points.complementarity)?;
+    out.set_item(intern!(py, "worst_pair"), points.worst_pair)?;
+    out.set_item(intern!(py, "gates"), points.gates)?;
+    out.set_item(intern!(py, "worst_gate"), points.worst_gate)?;
+    out.set_item(intern!(py, "sources"), points.sources.error)?;
+    out.set_item(intern!(py, "worst_source"), points.sources.worst)?;
+    Ok(out)
 }
 
 /// The balance of energy over a run as a dict.

@@ -1,6 +1,6 @@
 //! The mode-wise engine as a Python class.
 
-use super::audit::{balance_dict, PyAuditor};
+use super::audit::{balance_dict, points_dict, PyAuditor};
 use super::points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
@@ -140,6 +140,16 @@ impl PyModewise {
     /// Lets the balance of energy of an auditor go with the run.
     fn accompany(&mut self, auditor: &mut PyAuditor) {
         self.inner.accompany(auditor.sums.take());
+    }
+
+    /// Lets an auditor look at all segments of the run.
+    fn look_at_all(&mut self, auditor: &mut PyAuditor) {
+        self.inner.look_at_all(auditor.points.take());
+    }
+
+    /// What was found in the segments up to now, None if nobody looks at them.
+    fn looked_at<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.inner.looked_at().map(|points| points_dict(py, points)).transpose()
     }
 
     /// The balance of energy of the run up to now, None without one.
