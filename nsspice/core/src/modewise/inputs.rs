@@ -74,6 +74,24 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// How large `[1; inputs]` and their rates become within a time, amplitudes of what decays for itself.
+    pub fn sizes(&self, time: f64, values: &mut Vec<f64>, rates: &mut Vec<f64>) {
+        values.clear();
+        rates.clear();
+        let ends = self.level.iter().zip(&self.slope);
+        values.extend(ends.map(|(level, slope)| level.abs().max((level + slope * time).abs())));
+        rates.extend(self.slope.iter().map(|slope| slope.abs()));
+        for tone in &self.tones {
+            for k in [tone.index, tone.index + 1] {
+                (values[k], rates[k]) = (tone.start.abs(), (tone.rate * tone.start).abs());
+            }
+        }
+        for decay in &self.decays {
+            values[decay.index] = decay.start.abs();
+            rates[decay.index] = (decay.rate * decay.start).abs();
+        }
+    }
+
     /// Rates of `[1; inputs]` where their values are `v`.
     pub fn rates(&self, v: &[f64], out: &mut Vec<f64>) {
         out.clone_from(&self.slope);

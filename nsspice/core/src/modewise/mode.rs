@@ -441,6 +441,22 @@ impl Mode {
         }
     }
 
+    /// Raises sizes of the modal state to those of the terms that it is summed from where it is entered.
+    pub fn enter_sizes(&self, a: &[f64], sizes: &mut [f64]) {
+        let sum = |row: &[f64]| row.iter().zip(a).map(|(c, a)| (c * a).abs()).sum::<f64>();
+        match &self.enter {
+            Some(enter) => {
+                sizes.iter_mut().enumerate().for_each(|(k, s)| *s = larger(*s, sum(enter.row(k))));
+            }
+            None => {
+                for (k, size) in sizes.iter_mut().enumerate() {
+                    let column = (0..a.len()).map(|j| (self.leave_x[(j, k)] * a[j]).abs());
+                    *size = larger(*size, column.sum());
+                }
+            }
+        }
+    }
+
     /// Rates of a modal state that nothing drives.
     pub fn turn(&self, x: &[f64], out: &mut [f64]) {
         for pole in &self.poles {
@@ -499,7 +515,9 @@ impl Mode {
         let (listed, others) = out.split_at_mut(of_x.rows);
         of_x.apply(x, listed);
         of_v.apply_add(v, listed);
-        of_d.apply_add(d, listed);
+        if d.iter().any(|rate| *rate != 0.0) {
+            of_d.apply_add(d, listed);
+        }
         for (i, out) in others.iter_mut().enumerate() {
             let (rows, r) = self.algebraic_row(of_x.rows + i);
             *out = dot(rows.x.row(r), x) + dot(rows.v.row(r), v) + dot(rows.d.row(r), d);

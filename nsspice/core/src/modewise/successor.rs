@@ -6,7 +6,7 @@ use super::mode::{Mode, Watch};
 use super::prepared::Prepared;
 use super::registry::{fingerprint, Id, Registry};
 use super::trajectory::Trajectory;
-use super::verify::{Finding, Scale, Verifier};
+use super::verify::{Finding, Scale, Verifier, OF_IMPULSE};
 use crate::mlcp::Role;
 use crate::switch::Switch;
 use crate::tolerances::LOST_BEYOND;
@@ -50,6 +50,8 @@ pub struct Scene<'a> {
 struct Candidate {
     /// in units of their noise
     miss: f64,
+    /// as a part of their values
+    part: f64,
     id: Id,
     /// energy coordinates that it was tried from, and the jumps to there
     from: Vec<f64>,
@@ -67,8 +69,8 @@ pub struct Picker {
     gates: Vec<bool>,
     a: Vec<f64>,
     inputs: Vec<f64>,
-    /// best candidate so far
-    best: Option<Candidate>,
+    /// those that miss by little
+    candidates: Vec<Candidate>,
     /// the last reason for which a mode could not be reduced
     pub trouble: Option<String>,
 }
@@ -113,11 +115,15 @@ impl Picker {
         match found {
             Finding::Good => Ok(mode),
             other => {
-                if let Finding::Guard(_, miss) | Finding::Impulse(miss) = other {
-                    if self.best.as_ref().is_none_or(|b| miss < b.miss) {
-                        let state_jumps = self.state_jumps.clone();
-                        self.best = Some(Candidate { miss, id, from: a.to_vec(), state_jumps });
-                    }
+                // the noise of an ill-conditioned guard may be all of it: what counts is how wrong it would be
+                let missed = match other {
+                    Finding::Guard(j, miss) => Some((miss, self.verifier.part_of(j, miss))),
+                    Finding::Impulse(miss) => Some((miss, OF_IMPULSE * miss)),
+                    _ => None,
+                };
+                if let Some((miss, part)) = missed.filter(|m| m.0 <= LOST_BEYOND) {
+                    let (from, state_jumps) = (a.to_vec(), self.state_jumps.clone());
+                    self.candidates.push(Candidate { miss, part, id, from, state_jumps });
                 }
                 Err(other)
             }
@@ -142,7 +148,8 @@ impl Picker {
         path: &mut Trajectory,
     ) -> Option<Picked> {
         self.state_jumps.clear();
-        self.best = None;
+        self.candidates.clear();
+        (scale.widened, scale.coarse) = (1.0, false);
         if let Some(from) = from {
             if let Some(id) = registry.follower(from, cause) {
                 if registry.gates(id) == gates {
@@ -160,7 +167,12 @@ impl Picker {
         let fastest = from
             .and_then(|id| registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok())
             .map_or(0.0, |m| m.fastest);
-        let found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
+        let mut found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
+        if found.is_none() {
+            self.candidates.clear();
+            (scale.widened, scale.coarse) = (1.0, true);
+            found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
+        }
         if let (Some(from), Some(found)) = (from, &found) {
             registry.remember(from, cause, found.id);
         }
@@ -301,32 +313,28 @@ impl Picker {
         }
         // the least violation, if it is little more than rounding
         self.state_jumps.clear();
-        let Candidate { miss, id, from, state_jumps } = self.best.take()?;
-        let before = scale.widened;
-        let (mut miss, mut picked) = (miss, None);
-        // a guard that rises from rounding shows its sign later, by more
-        for _ in 0..ASKED_AGAIN {
-            // in units of noise: one that misses its guards by less may be the best there is
-            if miss > fault!("least_violation_taken", LOST_BEYOND, f64::INFINITY) {
-                break;
-            }
-            scale.widened = before.max(1.0) * (2.0 * miss);
-            match self.attempt(scene, registry, id, &from, scale, path) {
-                Ok(mode) => {
-                    picked = Some(mode);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        candidates.sort_by(|a, b| a.part.total_cmp(&b.part));
+        for Candidate { mut miss, id, from, state_jumps, .. } in candidates {
+            // a guard that rises from rounding shows its sign later, by more
+            for _ in 0..ASKED_AGAIN {
+                // in units of noise: one that misses its guards by less may be the best there is
+                if miss > fault!("least_violation_taken", LOST_BEYOND, f64::INFINITY) {
                     break;
                 }
-                Err(Finding::Guard(_, again)) => miss *= 2.0 * again,
-                Err(_) => break,
+                scale.widened = 2.0 * miss;
+                match self.attempt(scene, registry, id, &from, scale, path) {
+                    Ok(mode) => {
+                        a.copy_from_slice(&from);
+                        self.state_jumps = state_jumps;
+                        return Some(Picked { id, mode });
+                    }
+                    Err(Finding::Guard(_, again)) => miss *= 2.0 * again,
+                    Err(_) => break,
+                }
             }
         }
-        if picked.is_none() || scale.widened > 1e7 {
-            scale.widened = before;
-        }
-        let mode = picked?;
-        a.copy_from_slice(&from);
-        self.state_jumps = state_jumps;
-        Some(Picked { id, mode })
+        None
     }
 
     /// Modes next to one whose guards fail: negative free guards turned over one after the other,

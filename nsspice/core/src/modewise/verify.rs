@@ -8,7 +8,7 @@ use super::trajectory::Trajectory;
 use crate::dense::{dot, norm};
 use crate::rounding::OF_SOLUTION;
 
-/// Largest values so far, against which rounding is judged.
+/// Largest values so far, against which states and jumps are judged.
 #[derive(Clone, Debug, Default)]
 pub struct Scale {
     /// norm of the energy coordinates
@@ -17,10 +17,14 @@ pub struct Scale {
     pub v: Vec<f64>,
     /// of their rates
     pub rate: Vec<f64>,
-    /// factor on all noise, above 1 where a mode had to be accepted within it
+    /// factor on all noise while one mode is chosen, above 1 where none holds within it
     pub widened: f64,
+    /// whether noise is measured by the largest values so far, where no mode holds within that of the segment
+    pub coarse: bool,
 }
 
+/// What rounding leaves of impulses, as a part of their terms.
+pub const OF_IMPULSE: f64 = 1e-11;
 /// Squares of numbers below this lose digits.
 const SMALL: f64 = 1e-140;
 
@@ -94,6 +98,9 @@ pub struct Verifier {
     /// values and slopes of the guards at the start, and how large their terms become
     looks: Looks,
     reaches: Vec<f64>,
+    /// sizes of the terms of each modal coordinate, and of `[1; inputs]` and their rates, in the segment
+    terms: Vec<f64>,
+    driven: [Vec<f64>; 2],
     /// start of the trajectory
     pub start: Point,
     probe: Point,
@@ -148,7 +155,7 @@ impl Verifier {
         path.bundle(&mode.guards.rows, segment, &mut self.guards);
         path.at(0.0, &mut self.start);
         let count = self.guards.count;
-        path.reaches(horizon, &mut self.reaches);
+        self.measure_terms(mode, a, segment, horizon, path);
         self.looks.resize(count);
         self.guards.look(0..count, &self.start, &self.reaches, &mut self.looks);
         self.measure_noise(mode, scale);
@@ -165,7 +172,7 @@ impl Verifier {
             }
         }
         if self.sampled.contains(&true) {
-            self.sample(mode, horizon);
+            self.sample(mode, scale.a, horizon);
         }
         for j in 0..count {
             let (g, noise) = (self.looks.value[j], self.noise[j]);
@@ -215,7 +222,7 @@ impl Verifier {
     }
 
     /// Sampled switches turn when they look, and are not watched in between.
-    fn sample(&mut self, mode: &Mode, horizon: f64) {
+    fn sample(&mut self, mode: &Mode, largest: f64, horizon: f64) {
         for (j, watch) in mode.guards.watch.iter().enumerate() {
             let Watch::Switch(s) = *watch else { continue };
             if !self.sampled[s] || self.clear[j] > 0.0 {
@@ -225,10 +232,17 @@ impl Verifier {
             if self.looking {
                 self.seen[s] = self.looks.value[j];
             }
-            if self.looking && self.looks.value[j] < -self.noise[j] {
+            // what has come back to a threshold has the rounding of where it was
+            let known = self.noise[j].max(OF_SOLUTION * mode.guards.sizes[j].x * largest);
+            if self.looking && self.looks.value[j] < -known {
                 self.thrown.push(s);
             }
         }
+    }
+
+    /// A miss in units of its noise as a part of how large the guard becomes in the segment.
+    pub fn part_of(&self, guard: usize, miss: f64) -> f64 {
+        miss * self.noise[guard] / self.looks.bound[guard].max(f64::MIN_POSITIVE)
     }
 
     /// The worst impulse of the wrong sign, in units of its tolerance.
@@ -250,27 +264,55 @@ impl Verifier {
                 let bound = impulses.bounds.row(i);
                 let (head, tail) = bound.split_at(a.len());
                 let size = norm(head) * scale.a + dot(tail, &scale.v);
-                worst = worst.max(-value / (1e-11 * scale.widened.max(1.0) * size));
+                worst = worst.max(-value / (OF_IMPULSE * scale.widened.max(1.0) * size));
             }
         }
         worst
     }
 
+    /// Finds how large the terms become that guards are sums of: the modal coordinates, which are sums themselves, as
+    /// they are entered and on their way, and the inputs.
+    fn measure_terms(
+        &mut self,
+        mode: &Mode,
+        a: &[f64],
+        segment: &Segment,
+        horizon: f64,
+        path: &Trajectory,
+    ) {
+        self.terms.resize(mode.n, 0.0);
+        path.sizes(horizon, &mut self.reaches, &mut self.terms);
+        mode.enter_sizes(a, &mut self.terms);
+        let [values, rates] = &mut self.driven;
+        segment.sizes(horizon, values, rates);
+    }
+
+    /// What rounding leaves of each guard: a part of its own terms in this segment.
+    ///
+    /// What is large elsewhere, or was so before, is no excuse: a spike of 100 kV at a winding that is interrupted says
+    /// nothing of a diode at 1 V next to it.  Where no mode holds so, a state that has the rounding of larger ones before
+    /// it is the reason.
     fn measure_noise(&mut self, mode: &Mode, scale: &Scale) {
+        let widened = scale.widened.max(1.0);
         self.noise.clear();
         let mut floor = [0.0f64; 2]; // of multipliers and of slacks
-        let widened = scale.widened.max(1.0);
+        let rows = &mode.guards.rows;
+        let sum = |row: &[f64], sizes: &[f64]| {
+            row.iter().zip(sizes).map(|(g, size)| g.abs() * size).sum::<f64>()
+        };
         for (j, size) in mode.guards.sizes.iter().enumerate() {
-            let inputs: f64 =
-                mode.guards.rows.v.row(j).iter().zip(&scale.v).map(|(g, v)| g.abs() * v).sum();
-            let rates: f64 =
-                mode.guards.rows.d.row(j).iter().zip(&scale.rate).map(|(g, v)| g.abs() * v).sum();
-            // what the sum of terms may lose by itself
-            let sum = self.looks.bound[j];
-            let whole = size.x * scale.a + inputs + rates;
+            let mut state = sum(rows.x.row(j), &self.terms);
+            let [mut values, mut rates] = [&self.driven[0], &self.driven[1]];
+            if scale.coarse {
+                (state, values, rates) = (state.max(size.x * scale.a), &scale.v, &scale.rate);
+            }
+            let whole = state + sum(rows.v.row(j), values) + sum(rows.d.row(j), rates);
             let kind = usize::from(mode.guards.slack[j]);
             floor[kind] = floor[kind].max(1e-15 * whole * widened);
-            let noise = OF_SOLUTION * whole + 2e-15 * size.bound * scale.a + 4e-15 * sum;
+            // entries that are what is left of larger ones
+            let behind = if size.x > 0.0 { state * (size.bound / size.x) } else { 0.0 };
+            // what the sum of terms may lose by itself
+            let noise = OF_SOLUTION * whole + 2e-15 * behind + 4e-15 * self.looks.bound[j];
             #[cfg(feature = "faults")]
             let noise = fault!("guards_ignored_1e-8", noise, noise.max(1e-8 * whole));
             #[cfg(feature = "faults")]
