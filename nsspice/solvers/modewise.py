@@ -293,7 +293,8 @@ class ModewiseStepper(Stepper):
         """What an auditor has found in the segments up to now, None without one.
 
         The worst errors of ``complementarity``, ``gates`` and ``sources``, where they are
-        (``worst_pair``, ``worst_gate``, ``worst_source``), and the number of ``points``.
+        (``worst_pair``, ``worst_gate``, ``worst_source``), and the numbers of ``points``, of
+        segments that had to be ``judged``, and of mode equations ``factorised`` for that.
         """
         return self._core.looked_at()
 

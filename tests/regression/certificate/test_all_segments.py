@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from decks.random_converters import converter
 
 import nsspice
 from tests.oracle.rows.judge import violations
@@ -74,11 +75,13 @@ def test_a_diode_opens_at_microamperes(ron: str, roff: float, farad: float) -> N
     assert (run["i(d1)"][late] < 0.0).all()
 
 
-@pytest.mark.parametrize("seed", [10011, 10039, 10092, 10227, 10302, 10329])
-def test_converters_that_engines_judged_differently(seed: int) -> None:
-    """Seeds of random converters that were refused, certified by one engine alone or wrong."""
-    from random_converters import converter
+# refused, certified by one engine alone or wrong; in 20097 a diode conducted 0.3 nA backward
+SEEDS = [10011, 10039, 10041, 10092, 10227, 10302, 10329, 20097, 20140, 20250]
 
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_converters_that_engines_judged_differently(seed: int) -> None:
+    """The equations of diodes at all output points, from the deck's text and the numbers alone."""
     text = converter(seed)
     run = nsspice.tran(nsspice.read(text), method="modewise")
     assert run.certificate.passed

@@ -2,52 +2,34 @@
 //!
 //! Kirchhoff's laws and rates are checked on some intervals ([`super::intervals`]); an event that is missed breaks none
 //! of them.  Signs are therefore looked at in all segments, and measured by what meets at the pair at that instant: by
-//! the largest values of a run any current would be none after the spike of an interrupted winding.
+//! the largest values of a run any current would be none after the spike of an interrupted winding.  What is then wrong
+//! may be rounding, which [`super::forward`] carries to that pair.
 
+use super::forward::{Forward, Sizes};
 use super::gates::excess;
-use super::judge::EXCUSED;
 use super::matrix::Entries;
-use super::rounding::share;
 use super::sources::{Described, Sources};
 use super::{ratio, worse, TOLERANCE};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
-use crate::structure::Parts;
 use crate::switch::Switch;
-use crate::tolerances::{CLEARLY, FLOOR};
+use crate::tolerances::CLEARLY;
 use crate::waveform::INSTANT;
 use std::sync::Arc;
 
-/// Where a pair is in the equations.
-#[derive(Clone, Debug, Default)]
-struct Place {
-    /// laws of currents that it feeds
-    rows: Vec<usize>,
-    /// its series resistance [Ohm], 0 without
-    resistance: f64,
-    /// its multiplier is a current
-    current: bool,
-}
-
-/// What rounding is measured by in a segment, and in the one before, which has left the state: a closed form is a sum of
-/// terms that are as large as at its beginning.
-#[derive(Default)]
-struct Measures {
-    /// of each point and law: the terms that meet in it, and what potentials would bring to it one by one
-    met: Vec<f64>,
-    single: Vec<f64>,
-    /// of each point and pair: the sum of the sizes of the terms of its slack
-    volts: Vec<f64>,
-    /// the largest values in this segment and at the end of the one before
-    most: Most,
-}
-
-/// The largest voltage of a segment, and of each part the largest current, and sum of the terms of a law of currents.
-#[derive(Default)]
-struct Most {
-    volts: f64,
-    amperes: Vec<f64>,
-    sums: Vec<f64>,
+/// What an engine says of a segment.
+#[derive(Clone, Copy, Default)]
+pub struct Segment<'a> {
+    /// roles of the pairs, none without switches
+    pub roles: &'a [Role],
+    /// switches that look at their controls at instants of their own
+    pub sampled: &'a [bool],
+    /// pairs that conduct
+    pub active: &'a [usize],
+    /// the largest rate of its closed form [1/s]
+    pub fastest: f64,
+    /// how far controls may be beyond their thresholds
+    pub doubt: f64,
 }
 
 /// The points of one segment.
@@ -82,16 +64,12 @@ impl Points {
     }
 }
 
-impl Measures {
-    fn clear(&mut self, parts: usize) {
-        [&mut self.met, &mut self.single, &mut self.volts].into_iter().for_each(Vec::clear);
-        self.most = Most { volts: 0.0, amperes: vec![0.0; parts], sums: vec![0.0; parts] };
-    }
-
-    /// What has been measured belongs to the segment before.
-    fn begin(&mut self) {
-        [&mut self.met, &mut self.single, &mut self.volts].into_iter().for_each(Vec::clear);
-    }
+/// Where the last segment ended.
+struct End {
+    time: f64,
+    z: Vec<f64>,
+    l: Vec<f64>,
+    u: Vec<f64>,
 }
 
 /// Checks the segments of a run one by one.
@@ -99,23 +77,12 @@ pub struct SegmentPoints {
     q: Vec<f64>,
     b: Entries,
     d: Entries,
-    g: Entries,
-    a: Entries,
-    kinds: Vec<u8>,
-    /// conductance of each law of currents to all potentials that act on it [S]
-    slopes: Vec<f64>,
-    /// least and largest of them in each part, those of pairs among the latter
-    extremes: Vec<[f64; 2]>,
-    places: Vec<Place>,
-    parts: Parts,
-    share: f64,
+    forward: Forward,
     switches: Arc<[Switch]>,
     /// how far the control of each has been from its thresholds
     swings: Vec<f64>,
     points: Points,
-    measures: Measures,
-    /// unknowns and multipliers where the last segment ended
-    before: [Vec<f64>; 2],
+    before: Option<End>,
     w: Vec<f64>,
     volts: Vec<f64>,
     /// sources at these points
@@ -130,54 +97,22 @@ pub struct SegmentPoints {
     pub worst_gate: Option<usize>,
     /// points looked at
     pub count: u64,
+    /// segments that were not right at first sight
+    pub judged: u64,
 }
 
 impl SegmentPoints {
     /// Takes the arrays of a system in the coordinates of its engine.
     pub fn new(linear: &Linear, switches: Arc<[Switch]>, waveforms: &[Described]) -> SegmentPoints {
-        let (n, m, _) = linear.sizes();
-        let mut places = vec![Place::default(); m];
-        for (row, pair, _) in linear.a.iter().filter(|e| linear.row_kind[e.0] == 0) {
-            places[pair].rows.push(row);
-            places[pair].current = true;
-        }
-        for (row, pair, value) in linear.d.iter().filter(|e| e.0 == e.1) {
-            places[pair].resistance = if row == pair { value } else { 0.0 };
-        }
-        let mut slopes = vec![0.0; n];
-        let volts = |e: &(usize, usize, f64)| [e.0, e.1].iter().all(|&k| linear.row_kind[k] == 0);
-        linear.g.iter().filter(volts).for_each(|(row, _, value)| slopes[row] += value.abs());
-        let parts = Parts::new(linear, None);
-        let mut extremes = vec![[f64::INFINITY, 0.0]; parts.count()];
-        for (row, &slope) in slopes.iter().enumerate().filter(|e| *e.1 > 0.0) {
-            if let Some(part) = parts.of(row) {
-                let [least, most] = &mut extremes[part];
-                (*least, *most) = (least.min(slope), most.max(slope));
-            }
-        }
-        for (i, place) in places.iter().enumerate().filter(|e| e.1.resistance > 0.0) {
-            let most = &mut extremes[parts.of_pair(i)][1];
-            *most = most.max(1.0 / place.resistance);
-        }
         SegmentPoints {
             q: linear.q.clone(),
             b: Entries::new(&linear.b),
             d: Entries::new(&linear.d),
-            g: Entries::new(&linear.g),
-            a: Entries::new(&linear.a),
-            kinds: linear.row_kind.clone(),
-            slopes,
-            places,
-            parts,
-            extremes,
-            // three computations of the size of an elimination in each of the two segments that meet at an event: the
-            // reduction to states, their decomposition, and the way back to the unknowns
-            share: share(2 * 3 * (n + m)),
+            forward: Forward::new(linear),
             swings: vec![0.0; switches.len()],
             switches,
             points: Points::default(),
-            measures: Measures::default(),
-            before: [vec![0.0; n], vec![0.0; m]],
+            before: None,
             w: Vec::new(),
             volts: Vec::new(),
             sources: Sources::new(waveforms),
@@ -186,6 +121,7 @@ impl SegmentPoints {
             gates: 0.0,
             worst_gate: None,
             count: 0,
+            judged: 0,
         }
     }
 
@@ -194,38 +130,51 @@ impl SegmentPoints {
         self.sources.take_all(std::iter::once((time, 0)), u);
     }
 
-    /// Whether a point is right at first sight: no pair has a member beyond zero, and no control is beyond its
-    /// threshold.  All others are for [`SegmentPoints::judge`], which asks what rounding explains.
-    pub fn glance(&mut self, [z, l]: [&[f64]; 2], roles: &[Role], sampled: &[bool]) -> bool {
+    /// Mode equations that had to be factorised.
+    pub fn factorised(&self) -> u64 {
+        self.forward.factorised
+    }
+
+    /// Whether a point is right at first sight: no pair has a member beyond zero by more than what is left of the largest
+    /// of its kind, and no control is beyond its threshold.  All others are for [`SegmentPoints::judge`], which asks what
+    /// else rounding explains.
+    pub fn glance(&mut self, [z, l]: [&[f64]; 2], segment: Segment) -> bool {
         self.count += 1;
         self.w.clone_from(&self.q);
         self.volts.clear();
         self.volts.extend(self.q.iter().map(|q| q.abs()));
         self.b.add_both(-1.0, z, &mut self.w, &mut self.volts);
         self.d.add_both(1.0, l, &mut self.w, &mut self.volts);
-        let members = l.iter().zip(&self.w).zip(&self.volts).enumerate();
-        let mut right = members.fold(true, |right, (i, ((&l, &w), &volts))| {
-            let closed = w.abs() <= CLEARLY * TOLERANCE * volts;
-            right
-                & match roles.get(i) {
-                    Some(Role::Closed) => closed,
-                    Some(Role::Open) => l == 0.0,
-                    _ => (l == 0.0 && w >= 0.0) || (l >= 0.0 && closed),
-                }
-        });
+        let rest = self.forward.rest([z, l], &self.volts);
+        let mut right = true;
+        for (i, ((&l, &w), &volts)) in l.iter().zip(&self.w).zip(&self.volts).enumerate() {
+            let swapped = usize::from(self.forward.swapped(i));
+            let [current, voltage] = [rest[swapped], rest[1 - swapped]];
+            let closed = w.abs() <= voltage.max(CLEARLY * TOLERANCE * volts);
+            right &= match segment.roles.get(i) {
+                Some(Role::Closed) => closed,
+                Some(Role::Open) => l == 0.0,
+                _ => (l == 0.0 && w >= -voltage) || (l >= -current && closed),
+            };
+        }
         for (s, (switch, swing)) in self.switches.iter().zip(&mut self.swings).enumerate() {
-            let Some(gate) = watched(switch, s, roles, sampled) else { continue };
+            let Some(gate) = watched(switch, s, segment.roles, segment.sampled) else { continue };
             let distance = switch.distance(gate, z);
             *swing = swing.max(distance.abs());
-            right &= distance >= 0.0;
+            right &= distance >= -segment.doubt;
         }
         right
     }
 
     /// Keeps the end of a segment for the next one.
-    pub fn leave(&mut self, [z, l]: [&[f64]; 2]) {
-        self.before[0].copy_from_slice(z);
-        self.before[1].copy_from_slice(l);
+    pub fn leave(&mut self, time: f64, [z, l, u]: [&[f64]; 3]) {
+        let [none_z, none_l, none_u] = [(); 3].map(|()| Vec::new());
+        let end = self.before.get_or_insert(End { time, z: none_z, l: none_l, u: none_u });
+        end.time = time;
+        for (kept, list) in [(&mut end.z, z), (&mut end.l, l), (&mut end.u, u)] {
+            kept.clear();
+            kept.extend_from_slice(list);
+        }
     }
 
     /// Takes a point of the present segment to be judged; the first is its beginning.
@@ -235,175 +184,89 @@ impl SegmentPoints {
         self.points.l.extend_from_slice(l);
     }
 
-    /// Judges the points of the segment, with the roles of the pairs there, none without switches; `sampled` switches
-    /// are those that look at their controls at instants of their own.  The rounding of the instant at which the
-    /// segment before ended may have changed both members of each pair by what is `late`; controls may be beyond their
-    /// thresholds by a `doubt`.
-    pub fn judge(&mut self, roles: &[Role], sampled: &[bool], (late, doubt): (&[[f64; 2]], f64)) {
+    /// Judges the points of the segment.
+    pub fn judge(&mut self, segment: Segment) {
+        self.judged += 1;
         let mut points = std::mem::take(&mut self.points);
-        let (n, m, count) = (self.kinds.len(), self.q.len(), points.time.len());
+        let (n, m, count) = (self.forward.size(), self.q.len(), points.time.len());
         points.w.clear();
-        for z in points.z.chunks_exact(n.max(1)) {
+        for (z, l) in points.z.chunks_exact(n.max(1)).zip(points.l.chunks_exact(m.max(1))) {
+            let from = points.w.len();
             points.w.extend_from_slice(&self.q);
-            let from = points.w.len() - m;
             self.b.add(-1.0, z, &mut points.w[from..]);
+            self.d.add(1.0, l, &mut points.w[from..]);
         }
-        for (l, w) in points.l.chunks_exact(m.max(1)).zip(points.w.chunks_exact_mut(m.max(1))) {
-            self.d.add(1.0, l, w);
-        }
-        let rows = points.z.chunks_exact(n.max(1));
-        let parts = self.parts.count();
-        self.measures.clear(parts);
-        let before = std::mem::take(&mut self.before);
-        self.measure(&before[0], &before[1]);
-        self.before = before;
-        self.measures.begin();
-        for (k, z) in rows.enumerate() {
-            self.measure(z, &points.l[k * m..][..m]);
+        let mut sizes = self.forward.sizes();
+        if let Some(End { time, z, l, u }) = &self.before {
+            self.forward.see([z, l], &mut sizes);
+            self.forward.see_late(INSTANT * time.abs(), [z, l, u], &mut sizes);
         }
         for k in 0..count {
-            let l = &points.l[k * m..][..m];
+            self.forward.see([&points.z[k * n..][..n], &points.l[k * m..][..m]], &mut sizes);
+        }
+        let length = points.time.last().map_or(0.0, |t| t - points.time[0]);
+        self.forward.enter(segment.active, [segment.fastest, 1.0 / length]);
+        let (mut met, mut across) = (Vec::new(), Vec::new());
+        for k in 0..count {
+            let (z, l) = (&points.z[k * n..][..n], &points.l[k * m..][..m]);
+            self.forward.meet([z, l], &mut met, &mut across);
             for i in 0..m {
-                let role = roles.get(i).copied().unwrap_or(Role::Diode);
+                let role = segment.roles.get(i).copied().unwrap_or(Role::Diode);
+                let value = [l[i], points.w[k * m + i]];
                 let at = |list: &[f64], k: usize| list[k * m + i];
                 let slack = [&points.l, &points.w].map(|list| points.blur(k, |k| at(list, k)));
-                // right after an event that is as late as instants are known
-                let late = late.get(i).copied().filter(|_| k < 2).unwrap_or_default();
-                let found = self.pair([k, i], [l[i], at(&points.w, k)], role, slack, late);
+                let scale = [value[0].abs().max(met[i]), across[i]];
+                let mut found = error(value, role, scale, slack);
+                if found > TOLERANCE {
+                    let rounding = self.forward.of_pair(i, &sizes);
+                    let both = [slack[0] + rounding[0], slack[1] + rounding[1]];
+                    found = error(value, role, scale, both);
+                }
                 if worse(found, self.complementarity) {
                     (self.complementarity, self.worst_pair) = (found, Some(i));
                 }
             }
         }
-        self.judge_gates(&points, roles, sampled, doubt);
+        self.judge_gates(&points, segment, &sizes);
         points.clear();
         self.points = points;
     }
 
-    /// Finds what meets where at a point.
-    fn measure(&mut self, z: &[f64], l: &[f64]) {
-        let Measures { met, single, volts, most } = &mut self.measures;
-        let (n, m) = (self.kinds.len(), self.q.len());
-        for list in [&mut *met, &mut *single] {
-            list.resize(list.len() + n, 0.0);
-        }
-        let (from, pairs) = (met.len() - n, volts.len());
-        let (met, single) = (&mut met[from..], &mut single[from..]);
-        volts.extend(self.q.iter().map(|q| q.abs()));
-        let volts = &mut volts[pairs..pairs + m];
-        self.b.add_sizes(1.0, z, volts);
-        self.d.add_sizes(1.0, l, volts);
-        for (row, column, value) in self.g.entries() {
-            let term = (value * z[column]).abs();
-            if self.kinds[row] == 0 && self.kinds[column] == 0 {
-                single[row] += term;
-            } else {
-                met[row] += term;
-            }
-        }
-        self.a.add_sizes(1.0, l, met);
-        for (row, sum) in met.iter().zip(&*single).map(|(met, single)| met + single).enumerate() {
-            if let Some(part) = self.parts.of(row).filter(|_| self.kinds[row] == 0) {
-                most.sums[part] = most.sums[part].max(sum);
-            }
-        }
-        for (j, v) in z.iter().enumerate() {
-            match self.parts.of(j) {
-                _ if self.kinds[j] == 0 => most.volts = most.volts.max(v.abs()),
-                Some(part) => most.amperes[part] = most.amperes[part].max(v.abs()),
-                None => {}
-            }
-        }
-        for (i, place) in self.places.iter().enumerate() {
-            most.volts = most.volts.max(volts[i]);
-            let amperes = &mut most.amperes[self.parts.of_pair(i)];
-            let most = if place.current { amperes } else { &mut most.volts };
-            *most = most.max(l[i].abs());
-        }
-    }
-
-    /// The relative error of a pair at the point that has been measured.
-    ///
-    /// Its current is measured by the smaller one of those that meet at its ends, and its voltage by the potentials of
-    /// these; rounding excuses what it makes of both there, and of the largest values in this segment.
-    fn pair(
-        &self,
-        [k, i]: [usize; 2],
-        [l, w]: [f64; 2],
-        role: Role,
-        [slack_l, slack_w]: [f64; 2],
-        [late_l, late_w]: [f64; 2],
-    ) -> f64 {
-        let (place, measures) = (&self.places[i], &self.measures);
-        let (part, most) = (self.parts.of_pair(i), &measures.most);
-        let (volts, amperes, sum) = (most.volts, most.amperes[part], most.sums[part]);
-        let across = measures.volts[k * self.q.len() + i];
-        let (least_w, least_l, met) = if place.current {
-            let n = self.kinds.len();
-            let meets =
-                place.rows.iter().map(|&r| measures.met[k * n + r]).fold(f64::INFINITY, f64::min);
-            let rounded = self.share * sum.max(amperes);
-            let mut least_l = rounded;
-            if place.resistance > 0.0 {
-                let known = (self.share * across).max(late_w / TOLERANCE);
-                least_l = least_l.max(known / place.resistance);
-            }
-            // what currents that meet there, or are cut off too late, leave of a node's potential
-            let known = rounded.max(late_l / TOLERANCE);
-            let slopes = place.rows.iter().map(|&r| self.slopes[r]).filter(|slope| *slope > 0.0);
-            let hidden = slopes.fold(0.0, |most: f64, slope| most.max(known / slope));
-            let mut least_w = (self.share * volts).max(hidden.min(EXCUSED / TOLERANCE * volts));
-            if k < 2 {
-                // right after an event what was left of the one member is the other one, by the conductances between
-                let [least, most] = self.extremes[part];
-                let largest = |of: f64| FLOOR / TOLERANCE * of;
-                least_w = least_w.max((known / least).min(largest(volts)));
-                let left = (self.share * volts).max(late_w / TOLERANCE) * most;
-                least_l = least_l.max(left.min(largest(amperes)));
-            }
-            (least_w, least_l, if meets.is_finite() { meets } else { 0.0 })
-        } else {
-            (self.share * amperes, self.share * volts, 0.0)
-        };
-        let beyond = |value: f64, slack: f64| {
-            if value.abs() <= slack {
-                0.0
-            } else {
-                value - slack.copysign(value)
-            }
-        };
-        let current = ratio(beyond(l, slack_l), l.abs().max(met).max(least_l));
-        let voltage = ratio(beyond(w, slack_w), across.max(least_w));
-        match role {
-            Role::Closed => voltage.abs(),
-            Role::Open => current.abs(),
-            Role::Diode if current.is_nan() || voltage.is_nan() => f64::NAN,
-            Role::Diode => current.min(voltage).abs(),
-        }
-    }
-
-    fn judge_gates(&mut self, points: &Points, roles: &[Role], sampled: &[bool], doubt: f64) {
-        let n = self.kinds.len();
+    fn judge_gates(&mut self, points: &Points, segment: Segment, sizes: &Sizes) {
+        let n = self.forward.size();
         let count = points.time.len();
         for (s, switch) in self.switches.iter().enumerate() {
-            let Some(gate) = watched(switch, s, roles, sampled) else { continue };
-            // a control is what is left of the largest values
-            let amperes = self.measures.most.amperes.iter().fold(0.0f64, |most, i| most.max(*i));
-            let most = [self.measures.most.volts, amperes];
-            let terms =
-                switch.control.iter().map(|&(j, c)| c.abs() * most[usize::from(self.kinds[j])]);
-            let known = self.share * TOLERANCE * terms.sum::<f64>();
+            let Some(gate) = watched(switch, s, segment.roles, segment.sampled) else { continue };
             let distance = |k: usize| switch.distance(gate, &points.z[k * n..][..n]);
             let swing = (0..count).fold(self.swings[s], |most, k| most.max(distance(k).abs()));
             self.swings[s] = swing;
             for k in (0..count).filter(|&k| distance(k) < 0.0) {
-                let beyond = -distance(k) - points.blur(k, distance) - doubt.max(known);
+                let mut beyond = -distance(k) - points.blur(k, distance) - segment.doubt;
+                if beyond > 0.0 {
+                    beyond -= self.forward.of_control(s, &switch.control, sizes);
+                }
                 let found = excess(switch, gate, &points.z[k * n..][..n], beyond, swing);
                 if worse(found, self.gates) {
                     (self.gates, self.worst_gate) = (found, Some(switch.pair));
                 }
             }
         }
+    }
+}
+
+/// The relative error of a pair: of its current by the smaller of those that meet at its ends, of its voltage by the
+/// potentials there, both but for what is not known.
+fn error(value: [f64; 2], role: Role, scale: [f64; 2], slack: [f64; 2]) -> f64 {
+    let [current, voltage] = [0, 1].map(|k| {
+        let beyond =
+            if value[k].abs() <= slack[k] { 0.0 } else { value[k] - slack[k].copysign(value[k]) };
+        ratio(beyond, scale[k])
+    });
+    match role {
+        Role::Closed => voltage.abs(),
+        Role::Open => current.abs(),
+        Role::Diode if current.is_nan() || voltage.is_nan() => f64::NAN,
+        Role::Diode => current.min(voltage).abs(),
     }
 }
 
@@ -444,12 +307,18 @@ mod tests {
         for &[time, v, i] in points {
             judge.take(time, [&[v], &[i]]);
         }
-        let right = points.iter().all(|[_, v, i]| judge.glance([&[*v], &[*i]], &[], &[]));
-        judge.judge(&[], &[], (&[], 0.0));
+        let right = points.iter().all(|[_, v, i]| judge.glance([&[*v], &[*i]], Segment::default()));
+        judge.judge(conducts(points));
         // what is right at first sight is so
         assert!(!right || judge.complementarity == 0.0);
         let last = points[points.len() - 1];
-        judge.leave([&[last[1]], &[last[2]]]);
+        judge.leave(last[0], [&[last[1]], &[last[2]], &[last[1] + last[2]]]);
+    }
+
+    /// Which state the diode is in.
+    fn conducts(points: &[[f64; 3]]) -> Segment<'static> {
+        let active: &[usize] = if points.iter().any(|p| p[2] != 0.0) { &[0] } else { &[] };
+        Segment { active, fastest: 1.0, ..Segment::default() }
     }
 
     fn found(segments: &[&[[f64; 3]]]) -> f64 {
@@ -505,8 +374,9 @@ mod tests {
                 judge.take(time, [&[v * time], &[0.0]]);
                 judge.compare(time, &[u * time]);
             }
-            judge.judge(&[Role::Open], &[false], (&[], 0.0));
-            let right = judge.glance([&[0.4 * v], &[0.0]], &[Role::Open], &[false]);
+            let segment = Segment { roles: &[Role::Open], sampled: &[false], ..Segment::default() };
+            judge.judge(segment);
+            let right = judge.glance([&[0.4 * v], &[0.0]], segment);
             assert_eq!(right, judge.gates == 0.0);
             [judge.gates, judge.sources.error]
         };

@@ -74,7 +74,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// How large `[1; inputs]` and their rates become within a time, amplitudes of what decays for itself.
+    /// How large `[1; inputs]` and their rates become within a time.
     pub fn sizes(&self, time: f64, values: &mut Vec<f64>, rates: &mut Vec<f64>) {
         values.clear();
         rates.clear();
@@ -82,8 +82,14 @@ impl Segment {
         values.extend(ends.map(|(level, slope)| level.abs().max((level + slope * time).abs())));
         rates.extend(self.slope.iter().map(|slope| slope.abs()));
         for tone in &self.tones {
-            for k in [tone.index, tone.index + 1] {
-                (values[k], rates[k]) = (tone.start.abs(), (tone.rate * tone.start).abs());
+            // a sine is small next to its zero
+            let (start, change) = (tone.start, tone.rate * tone.start);
+            let most =
+                |part: f64, whole: f64| whole.min(part.abs() + tone.rate.abs() * whole * time);
+            for (k, of) in
+                [(tone.index, [start.im, change.im]), (tone.index + 1, [start.re, change.re])]
+            {
+                (values[k], rates[k]) = (most(of[0], start.abs()), most(of[1], change.abs()));
             }
         }
         for decay in &self.decays {

@@ -1,11 +1,11 @@
 //! Points of every segment for those who check signs: both ends, where a guard came nearest to a change, and one that
 //! lies elsewhere each time.
 
-use super::mode::{Mode, Watch};
+use super::mode::Mode;
 use super::run::Engine;
 use super::successor::roles;
 use super::terms::Point;
-use crate::audit::SegmentPoints;
+use crate::audit::{Segment, SegmentPoints};
 use crate::dense::Matrix;
 use crate::sparse::Csc;
 use crate::waveform::INSTANT;
@@ -25,8 +25,6 @@ pub(super) struct Along {
     turned: f64,
     /// when the points inside are [s]
     times: Vec<f64>,
-    /// of each pair, by how much the rounding of the instant may have changed both members where a segment ended
-    late: Vec<[f64; 2]>,
     found: Found,
 }
 
@@ -86,16 +84,24 @@ impl Engine {
             false => roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates),
         };
         along.list(length, 1 + intervals / EVERY, self.event_search.nearest());
-        let sampled = &self.control.sampling.on;
+        let segment = Segment {
+            roles: &roles,
+            sampled: &self.control.sampling.on,
+            active: &mode.active,
+            fastest: mode.fastest,
+            doubt: self.doubt(mode),
+        };
         // the beginning has the sources of the end before it, but for their edges
         self.find(&mut along, mode, 0.0);
-        let mut right = judge.glance([&along.found.z, &along.found.l], &roles, sampled);
+        let mut right = judge.glance([&along.found.z, &along.found.l], segment);
         for k in 0..=along.times.len() {
-            let t = along.times.get(k).copied().unwrap_or(length);
-            self.find(&mut along, mode, t);
+            let inside = along.times.get(k).copied();
+            self.find(&mut along, mode, inside.unwrap_or(length));
             let found = &along.found;
-            judge.compare(if t < length { self.span.time + t } else { self.span.end }, &found.u);
-            right &= judge.glance([&found.z, &found.l], &roles, sampled);
+            if let Some(t) = inside {
+                judge.compare(self.span.time + t, &found.u);
+            }
+            right &= judge.glance([&found.z, &found.l], segment);
         }
         if !right {
             let known = INSTANT * self.span.end.abs();
@@ -107,25 +113,11 @@ impl Engine {
                 self.find(&mut along, mode, t);
                 judge.take(self.span.time + t, [&along.found.z, &along.found.l]);
             }
-            judge.judge(&roles, sampled, (&along.late, self.doubt(mode)));
+            judge.judge(segment);
         }
-        judge.leave([&along.found.z, &along.found.l]);
-        self.note_late(&mut along, mode);
+        judge.leave(self.span.end, [&along.found.z, &along.found.l, &along.found.u]);
         self.along = along;
         self.along.judge = Some(judge);
-    }
-
-    /// Notes by how much the members that end the segment may be off because its instant is rounded.
-    fn note_late(&self, along: &mut Along, mode: &Mode) {
-        along.late.clear();
-        along.late.resize(self.prepared.net.m, [0.0; 2]);
-        let known = INSTANT * self.span.end.abs();
-        for &j in &self.event_search.crossing {
-            if let Watch::Pair(pair) = mode.guards.watch[j] {
-                let slope = self.picker.verifier.guards.slope(j, &self.motion.point);
-                along.late[pair][usize::from(mode.guards.slack[j])] = known * slope.abs();
-            }
-        }
     }
 
     /// Finds what the closed form says at a time since the start of the segment.
@@ -139,7 +131,13 @@ impl Engine {
             x.copy_from_slice(path.start());
             v.copy_from_slice(&segment.now);
         } else {
-            path.at(t, point);
+            // at its end the search for events has been
+            let point = if self.motion.point.t == t {
+                &self.motion.point
+            } else {
+                path.at(t, point);
+                point
+            };
             path.state(point, x);
             path.inputs(segment, point, v);
         }

@@ -315,6 +315,8 @@ pub(super) fn points_dict<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item(intern!(py, "points"), points.count)?;
+    out.set_item(intern!(py, "judged"), points.judged)?;
+    out.set_item(intern!(py, "factorised"), points.factorised())?;
     out.set_item(intern!(py, "complementarity"), points.complementarity)?;
     out.set_item(intern!(py, "worst_pair"), points.worst_pair)?;
     out.set_item(intern!(py, "gates"), points.gates)?;
