@@ -266,7 +266,8 @@ class ModewiseStepper(Stepper):
         certificate = infeasibility(
             matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
         )
-        return UnsolvedStep(failure["time"], failure["residual"], certificate)
+        reached = self.state[0]
+        return UnsolvedStep(failure["time"], failure["residual"], certificate, point=reached)
 
     def watch(self, sides: bool) -> None:
         """Leave points for those who check the run; call it before the start.

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
+import numpy as np
+
 from ...circuit import Circuit, MnaSystem
 from ...circuit.regularity import largest_sources
 from ...errors import (
@@ -21,6 +23,8 @@ from ...solvers.stepper import UnsolvedStep
 _AWAY = 1e3
 #: a residual that falls below this while a voltage grows has no zero, only a limit
 _VANISHES = 1e-8
+#: the square of more is no number, and energies are such squares
+RANGE = 1e150
 _NAMED = 6  # elements or nodes spelt out in one sentence
 
 
@@ -58,6 +62,12 @@ def named_failure(
     certificate = problem.certificate
     if certificate is None and problem.worst_row is not None:
         return _no_convergence(circuit, mna, problem, where, starting and not given)
+    far = None if problem.point is None or static else _beyond_range(mna, problem)
+    if far is not None:
+        message, hint = grown(*far)
+        return StepError(
+            Diagnostic("NS3003", message, None, hint), time=problem.time, residual=problem.residual
+        )
     if certificate is None:
         message = (
             f"no solution was found {where}, and no contradiction either: the best relative "
@@ -91,6 +101,24 @@ def named_failure(
         time=problem.time,
         residual=problem.residual,
     )
+
+
+def grown(name: str, time: float) -> tuple[str, str]:
+    """Return message and hint for a signal that leaves the range of numbers at a time [s]."""
+    return (
+        f"{name} exceeds the range of numbers at t = {time:.6g} s: nothing in the circuit "
+        f"limits its growth",
+        "look for feedback of the wrong sign; stop earlier to see how it grows",
+    )
+
+
+def _beyond_range(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
+    """Return the largest signal and the time [s], None if it is within the range of energies."""
+    assert problem.point is not None
+    with np.errstate(invalid="ignore"):  # potentials are sums of voltages
+        values = {name: abs(value) for name, value in mna.values(problem.point).items()}
+    name = max(values, key=lambda name: (math.isnan(values[name]), values[name]))
+    return None if values[name] <= RANGE else (name, problem.time)
 
 
 def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: str) -> StepError:

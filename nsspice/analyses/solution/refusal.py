@@ -8,14 +8,13 @@ from dataclasses import replace
 
 from ...errors import CertificateError, CertificateWarning, Diagnostic, UsageError
 from ..certificate.certificate import TAKEN_BESIDE_EXACT
+from ..certificate.failure import RANGE, grown
 from ..request.path_following import PATH_METHODS
 from .solution import Solution
 
 #: what may be done about it
 ON_FAILURE = ("raise", "warn", "ignore")
 
-#: the square of more is no number, and energies are such squares
-_RANGE = 1e150
 #: voltages beyond this are worth a word [V]
 _FAR = 1e9
 
@@ -70,15 +69,10 @@ def _reason(solution: Solution) -> tuple[str, None, str]:
     """Return the message and the hint."""
     c = solution.certificate
     assert c is not None
-    grown = _grown(solution)
-    if grown is not None:
-        name, time = grown
-        return (
-            f"{name} exceeds the range of numbers at t = {time:.6g} s: nothing in the circuit "
-            f"limits its growth",
-            None,
-            "look for feedback of the wrong sign; stop earlier to see how it grows",
-        )
+    far = _grown(solution)
+    if far is not None:
+        message, hint = grown(*far)
+        return message, None, hint
     if c.taken > c.granted == TAKEN_BESIDE_EXACT:
         return (
             f"numerical damping by the implicit steps of the mode-wise engine is "
@@ -144,7 +138,7 @@ def _grown(solution: Solution) -> tuple[str, float] | None:
     """
     first: tuple[str, float] | None = None
     for name in solution.columns if solution.axis_name == "time" else ():
-        within = abs(solution[name]) < _RANGE  # false where it is not a number
+        within = abs(solution[name]) < RANGE  # false where it is not a number
         if not within.all():
             time = float(solution.axis[within.argmin()])
             if first is None or time < first[1]:
