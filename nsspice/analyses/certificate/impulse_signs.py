@@ -46,7 +46,8 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
     switched = np.zeros(system.m, dtype=bool)
     switched[list(system.switched)] = True
     conducting, series = system.B.abs(), system.D.abs()
-    rounding = [KNOWN * math.sqrt(2.0 * turned * store) for store in largest]
+    known = [KNOWN * math.sqrt(2.0 * turned * store) for store in largest]
+    rounding = known[0], known[1] * _gain(system)
     worst = 0.0
     for jump in exact:
         charges, impulses = jump.multipliers, jump.unknowns
@@ -67,6 +68,18 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
             found = min(found, max(unexplained(system, moved, jump.after), float(np.max(-held))))
         worst = found if worse(found, worst) else worst
     return worst
+
+
+def _gain(system: DescriptorSystem) -> float:
+    """Return the largest gain of a voltage: a controlled source makes so much of rounding, too."""
+    kinds = np.asarray(system.row_kind)
+    laws, size = system.G, np.abs(system.G.data)
+    own = (kinds[laws.indices] == 1) & (kinds[laws.columns] == 0)
+    rows, size = laws.indices[own], size[own]
+    largest, least = np.zeros(system.n), np.full(system.n, np.inf)
+    np.maximum.at(largest, rows, size)
+    np.minimum.at(least, rows, size)
+    return float(np.max(largest / least, initial=1.0))
 
 
 def _through_branches(system: DescriptorSystem, impulses: Floats) -> Floats:
