@@ -25,7 +25,8 @@ def test_ideal_laws_mode_by_mode(first: int) -> None:
             refused += 1
             continue
         except StepError as error:
-            assert "exceeds the range of numbers" in str(error), text
+            if "exceeds the range of numbers" not in str(error):
+                raise
             continue
         assert run.certificate.passed or _largest(run) > GROWS, text
     assert refused <= 2

@@ -89,3 +89,23 @@ def test_converters_that_engines_judged_differently(seed: int) -> None:
     found = [v for v in violations(text, rows) if v.law.startswith("diode")]
     assert max((v.size for v in found), default=0.0) < 1e-9
     assert np.isfinite(run.time).all()
+
+
+def test_a_diode_behind_a_tiny_resistance_opens_at_the_peak() -> None:
+    """It used to carry up to -6.28 A, the whole of the capacitor's current, and was certified.
+
+    Until the peak v(d) follows the source; then 1 mF holds 1 V but for what 1 TOhm takes (3e-12 of
+    it) and for the drop of the least current that double precision tells from the source's:
+    (24 N u / (1e-12 Ohm omega C))^2 / 2 with N = 15 unknowns and pairs at most, 2e-5.
+    """
+    deck = HERE / "wide_ratios.net"
+    run = nsspice.tran(nsspice.read(deck), method="modewise")
+    assert run.certificate.passed
+    peak = 0.25e-3
+    early = run.time <= peak
+    source = np.sin(2e3 * np.pi * run.time)
+    assert run["v(d)"][early] == pytest.approx(source[early], abs=2e-5)
+    least = 24 * 15 * np.finfo(float).eps / 2 / 1e-12
+    assert (run["i(d1)"] >= -least).all()
+    held = 0.5 * (least / (2e3 * np.pi * 1e-3)) ** 2
+    assert run["v(d)"][~early] == pytest.approx(1.0, abs=held)
