@@ -35,19 +35,26 @@ _PAGE = """<!doctype html>
 </html>
 """
 
+#: style, library, and the scripts of the page in the order in which each uses those before it
+_ASSETS = (
+    ("uplot.min.css", "report.css"),
+    ("uplot.min.js",),
+    ("numbers.js", "curves.js", "panel.js", "tables.js", "explorer.js", "report.js"),
+)
+
 
 def write_report(circuit: Circuit, solutions: Sequence[Solution], path: str | Path) -> None:
     """Write a self-contained HTML page of some runs.
 
-    It holds the verdict, the waveforms at the engine's own points with exact envelopes, who
-    conducts when, measures, jumps, the balance of energy, and the deck with its warnings.  It loads
-    nothing from elsewhere.
+    It holds the verdict, the curves at the engine's own points with exact envelopes, who conducts
+    when, measures, margins, spectra, losses, jumps, the balance of energy, and the deck with its
+    warnings.  Runs of a ``.step`` are drawn together.  It loads nothing from elsewhere.
 
     Parameters
     ----------
     circuit : Circuit
     solutions : sequence of Solution
-        Of one deck; each is a tab of the page.
+        Of one deck; each analysis is a tab of the page.
     path : str or Path
 
     Raises
@@ -56,16 +63,16 @@ def write_report(circuit: Circuit, solutions: Sequence[Solution], path: str | Pa
         If the file cannot be written.
     """
     assets = files(__package__) / "assets"
-    parts = {name: (assets / name).read_text("utf-8") for name in (
-        "uplot.min.css", "report.css", "uplot.min.js", "report.js"
-    )}  # fmt: skip
+    style, library, own = (
+        "\n".join((assets / name).read_text("utf-8") for name in names) for names in _ASSETS
+    )
     data = content(circuit, solutions)
     text = _PAGE.format(
         version=__version__,
         title=html.escape(str(data["title"])),
-        style=parts["uplot.min.css"] + parts["report.css"],
+        style=style,
         data=embedded(data),
-        script=parts["uplot.min.js"] + "\n" + parts["report.js"],
+        script=f'{library}\n(() => {{\n"use strict";\n{own}\n}})();',
     )
     try:
         with whole(path) as part:
