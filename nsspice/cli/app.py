@@ -12,6 +12,7 @@ import click
 from .. import __version__
 from ..analyses.request.interrupts import end_like_ctrl_c
 from ..errors import NsspiceError, suggest
+from .help import examples_of
 from .report import broken_pipe, report_error, report_interrupt, report_os_error
 
 _PIPE = 141  # what a shell shows of a program that SIGPIPE ended: 128 + 13
@@ -48,6 +49,7 @@ class _Lazy(click.Group):
             return None
         module = import_module(f".{cmd_name}", __package__)
         command: click.Command = module.command
+        command.epilog = command.epilog or examples_of(cmd_name)
         return command
 
     def resolve_command(

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable
 from typing import Any
 
@@ -12,12 +15,29 @@ import click
 from ..errors import Diagnostic, NsspiceError
 from ..output.safe_text import visible
 
+#: what is coloured on a terminal: findings, and verdicts
+_COLOURED = re.compile(
+    r"(?P<red>\berror NS\d{4}:|\bcertificate FAILS\b|\btolerance not met:|\bINTERRUPTED\b)"
+    r"|(?P<yellow>\bwarning NS\d{4}:)"
+    r"|(?P<green>\bcertificate holds\b)"
+    r"|(?P<cyan>^ +\^+$|^ +hint:)",
+    flags=re.MULTILINE,
+)
+_NARROWEST = 40
+
 
 def say(text: str = "") -> None:
-    """Print a line on standard error, as far as its encoding can show it."""
+    """Print lines on standard error, as far as its encoding can show them.
+
+    On a terminal findings and verdicts are coloured (unless NO_COLOR is set), and long lines are
+    broken between words.
+    """
     text = visible(text)
     stream = sys.stderr
     try:
+        if stream.isatty():
+            text = wrapped(text, shutil.get_terminal_size().columns)
+            text = text if "NO_COLOR" in os.environ else coloured(text)
         stream.write(text + "\n")
         stream.flush()
     except UnicodeEncodeError:
@@ -26,6 +46,46 @@ def say(text: str = "") -> None:
         stream.flush()
     except OSError:  # nobody reads messages any more; the exit code still says it
         pass
+
+
+def coloured(text: str) -> str:
+    r"""Return a text whose findings and verdicts have colours.
+
+    Examples
+    --------
+    >>> coloured("  certificate holds: laws 0")
+    '  \x1b[32m\x1b[1mcertificate holds\x1b[0m: laws 0'
+    """
+    return _COLOURED.sub(lambda m: click.style(m[0], fg=m.lastgroup, bold=True), text)
+
+
+def wrapped(text: str, width: int) -> str:
+    r"""Return a text with long lines broken between words, the rest of each moved in.
+
+    Lines of a deck with a caret below them stay as they are.
+
+    Examples
+    --------
+    >>> print(wrapped("  energy: delivered 1 J, dissipated 1 J, stored 0 J", 40))
+      energy: delivered 1 J, dissipated 1 J,
+        stored 0 J
+    """
+    lines = text.split("\n")
+    marked = {k - 1 for k, line in enumerate(lines) if re.fullmatch(r" +\^+", line)}
+    shown = []
+    for k, line in enumerate(lines):
+        indent = len(line) - len(line.lstrip()) + 2
+        if len(line) <= width or k in marked or width < max(_NARROWEST, 2 * indent):
+            shown.append(line)
+        else:
+            shown += textwrap.wrap(
+                line,
+                width,
+                subsequent_indent=" " * indent,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+    return "\n".join(shown)
 
 
 def show(text: str, nl: bool = True) -> None:

@@ -106,6 +106,7 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 @click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
+@click.option("-v", "--verbose", is_flag=True, help="Also print methods, counters and energies.")
 def command(
     netlist: str | None,
     output: str | None,
@@ -130,6 +131,7 @@ def command(
     as_json: bool,
     force: bool,
     quiet: bool,
+    verbose: bool,
 ) -> None:
     """Simulate NETLIST (- is standard input) and write its waveforms.
 
@@ -162,6 +164,7 @@ def command(
         circuit = circuit_of(netlist, read_params(params))
         run = _Run(netlist, circuit, request, output, plot, as_json, quiet, force)
         run.report_to(report)
+        run.verbose = verbose
         run.draw_as(dark, [read_signals([item]) or [] for item in signals])
         run.estimate(tol, refine)
         return run
@@ -235,6 +238,7 @@ class _Run:
         self.plots = self._plot_files(plot)
         self.solutions: list[Any] = []
         self.report: Path | None = None
+        self.verbose = False
         self._check_files()
         if not quiet and not as_json:
             report_warnings(self.circuit.warnings)
@@ -423,7 +427,7 @@ class _Run:
         solution.files = written
         if self.quiet or self.as_json:
             return
-        say(solution.summary())
+        say(solution.summary(self.verbose))
         report_warnings(solution.warnings)
         if written:
             say(f"  written: {', '.join(written)}")

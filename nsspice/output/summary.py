@@ -36,40 +36,16 @@ _LINES = 30  # harmonics listed
 _LISTED = 8  # impulses and islands listed before "... and N more"
 
 
-def describe(solution: Solution) -> str:
-    """Return some lines: rows, islands with method and counters, certificate, measures.
+def describe(solution: Solution, details: bool = True) -> str:
+    """Return some lines: what was asked for, the verdict, and how it was computed.
 
     Parameters
     ----------
     solution : Solution
+    details : bool
+        Also islands with method and counters, the balance of energy and Floquet multipliers.
     """
     lines = [_headline(solution)]
-    for island in solution.islands[:_LISTED]:
-        lines.append(f"  {_island(island)}")
-        if island.regularity is not None:
-            lines.append(f"    solution {island.regularity}")
-    if len(solution.islands) > _LISTED:
-        lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
-    if cost := _cost(solution.islands):
-        lines.append(f"  cost: {cost}")
-    if solution.certificate is not None:
-        lines += _certificate(solution.certificate)
-    if solution.periodic is not None:
-        lines += _periodic(solution.periodic)
-    if solution.powers is not None:
-        lines += _powers(solution.powers)
-    for spectrum in solution.spectra:
-        lines += _spectrum(spectrum)
-    if solution.sensitivities:
-        lines += _sensitivities(solution.sensitivities)
-    if solution.loop is not None:
-        lines += _loop(solution.loop)
-    if solution.error is not None:
-        lines.append(f"  {solution.error.describe()}")
-    for jump in solution.jumps[:_LISTED]:
-        lines += _jump(jump)
-    if len(solution.jumps) > _LISTED:
-        lines.append(f"  ... and {len(solution.jumps) - _LISTED} more jumps")
     if solution.measures:
         width = max(map(len, solution.measures))
         lines.append("  measures:")
@@ -78,11 +54,47 @@ def describe(solution: Solution) -> str:
             lines.append(f"    {name:<{width}} = {text}")
     if solution.analysis in ("op", "tf") and solution.axis.size:
         lines += _operating_point(solution)
+    if solution.loop is not None:
+        lines += _loop(solution.loop)
+    for spectrum in solution.spectra:
+        lines += _spectrum(spectrum)
+    if solution.powers is not None:
+        lines += _powers(solution.powers)
+    if solution.sensitivities:
+        lines += _sensitivities(solution.sensitivities)
+    if solution.error is not None:
+        lines.append(f"  {solution.error.describe()}")
+    if solution.periodic is not None:
+        lines += _periodic(solution.periodic)[: None if details else 1]
+    for jump in solution.jumps[:_LISTED]:
+        lines += _jump(jump)
+    if len(solution.jumps) > _LISTED:
+        lines.append(f"  ... and {len(solution.jumps) - _LISTED} more jumps")
+    if solution.certificate is not None:
+        lines += _certificate(solution.certificate)
+        if details:
+            lines += _energy(solution.certificate)
+    if details:
+        lines += _islands(solution)
     return "\n".join(lines)
 
 
+def _islands(solution: Solution) -> list[str]:
+    """Return how each island was solved, and what decided the cost."""
+    lines = []
+    for island in solution.islands[:_LISTED]:
+        lines.append(f"  {_island(island)}")
+        if island.regularity is not None:
+            lines.append(f"    solution {island.regularity}")
+    if len(solution.islands) > _LISTED:
+        lines.append(f"  ... and {len(solution.islands) - _LISTED} more islands")
+    if cost := _cost(solution.islands):
+        lines.append(f"  cost: {cost}")
+    return lines
+
+
 def _certificate(c: Certificate) -> list[str]:
-    """Return the verdict, the balance of energy, and what is not unique."""
+    """Return the verdict, and what qualifies it."""
     verdict = "holds" if c.passed else "FAILS"
     lines = [
         f"  certificate {verdict}: laws {c.laws:.1e}, complementarity {c.complementarity:.1e} "
@@ -94,17 +106,6 @@ def _certificate(c: Certificate) -> list[str]:
         lines.append(
             f"  not simulated: {c.skipped}: no saved or measured signal depends on them (--all "
             f"simulates them)"
-        )
-    e = c.energy
-    if e is not None and (e.steps or e.complete):
-        part = "" if e.complete else f" in {e.steps} of {e.of} steps"
-        parts = e.delivered, e.dissipated, e.stored, e.lost, e.scheme
-        nothing = sys.float_info.epsilon * max(map(abs, parts))
-        shown = [number(v if abs(v) > nothing else 0.0, "J") for v in parts]
-        lines.append(
-            f"  energy{part}: delivered {shown[0]}, dissipated {shown[1]}, stored {shown[2]}, "
-            f"lost in jumps {shown[3]}, numerical damping {shown[4]} "
-            f"(error {e.drift:.1e})"
         )
     if c.late > 1.0:
         lines.append(
@@ -125,6 +126,22 @@ def _certificate(c: Certificate) -> list[str]:
             f"voltage or current there; the value nearest to the previous step was chosen"
         )
     return lines
+
+
+def _energy(c: Certificate) -> list[str]:
+    """Return the balance of energy."""
+    e = c.energy
+    if e is None or not (e.steps or e.complete):
+        return []
+    part = "" if e.complete else f" in {e.steps} of {e.of} steps"
+    parts = e.delivered, e.dissipated, e.stored, e.lost, e.scheme
+    nothing = sys.float_info.epsilon * max(map(abs, parts))
+    shown = [number(v if abs(v) > nothing else 0.0, "J") for v in parts]
+    return [
+        f"  energy{part}: delivered {shown[0]}, dissipated {shown[1]}, stored {shown[2]}, "
+        f"lost in jumps {shown[3]}, numerical damping {shown[4]} "
+        f"(error {e.drift:.1e})"
+    ]
 
 
 def _periodic(p: Periodic) -> list[str]:

@@ -17,7 +17,7 @@ def read(path: str) -> tuple[list[str], np.ndarray]:
 
 
 def test_a_transient_leaves_a_csv_and_a_summary(call):
-    result = call("run", "rc.net")
+    result = call("run", "rc.net", "-v")
     assert result.exit_code == 0, result.stderr
     names, rows = read("rc.csv")
     assert names == ["time", "v(in)", "v(out)", "i(v1)"]

@@ -31,6 +31,10 @@ def page() -> str:
         usage = " ".join(["nsspice", name, *command.collect_usage_pieces(inner)])
         parts.append(f"## nsspice {name}\n\n```text\n{usage}\n```\n")
         parts.append(_paragraphs(command.help or command.short_help or ""))
+        if command.epilog:
+            lines = [line.strip() for line in command.epilog.splitlines()[2:]]
+            pairs = zip(lines[::2], lines[1::2], strict=True)
+            parts.append("\n".join(f"- `{line}`: {what}" for line, what in pairs) + "\n")
         rows = [
             (record[0].replace("|", "\\|"), record[1].replace("|", "\\|"))
             for option in command.get_params(inner)

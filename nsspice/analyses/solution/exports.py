@@ -134,11 +134,11 @@ class HandedOver:
 
         return draw(self._run, path, columns, dark=dark)
 
-    def summary(self) -> str:
-        """Return the text that the command line prints after a run."""
+    def summary(self, details: bool = True) -> str:
+        """Return the text that the command line prints after a run, with details as for ``-v``."""
         from ...output.summary import describe
 
-        return describe(self._run)
+        return describe(self._run, details)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the waveforms as a JSON-ready mapping."""

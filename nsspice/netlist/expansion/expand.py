@@ -26,6 +26,17 @@ MAX_NESTING = 50
 #: model types whose standard values are a usable device
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
 
+#: a model card for each letter that needs one
+_CARDS = {
+    "d": "D(ideal)",
+    "s": "SW(VT=0.5)",
+    "w": "CSW(IT=1m)",
+    "q": "NPN(IS=1e-15 BF=100)",
+    "m": "NMOS(VTO=2 KP=1)",
+    "j": "NJF(VTO=-2 BETA=1m)",
+    "z": "NIGBT(Ron=10m)",
+}
+
 
 class Expander:
     """Unfolds a deck.
@@ -168,7 +179,7 @@ class Expander:
             message = f"{item.name}: {item.model} is neither a value nor the name of a model"
             hint = suggest(item.model, [*scope.known("models"), *scope.known("params")])
             return Unreadable("NS1060", message, item.model_span, hint, item.model)
-        hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
+        hint = suggest(item.model, scope.known("models")) or _card(item)
         if item.model in _TYPES:  # LTspice has a model of standard values for each type
             hint = f"add .model {item.model} {item.model} for SPICE's standard values"
         return Unreadable("NS1060", f"{item.name}: there is no model {item.model}",
@@ -321,6 +332,12 @@ def _own(item: Template, nodes: tuple[str, ...]) -> Mapping[str, Node]:
     if item.quantity == "q":
         return {"x": voltage(*nodes)}
     return {"x": var("i")} if item.quantity == "flux" else NOTHING
+
+
+def _card(item: Template) -> str:
+    """Return the hint for a missing model: a whole card, to be adapted."""
+    card = _CARDS.get(item.letter, "TYPE(parameter=value)")
+    return f"add .model {item.model} {card}"
 
 
 def _too_many(span: Span) -> Unreadable:

@@ -82,7 +82,7 @@ ALIASES = {
 UNSUPPORTED = {
     **dict.fromkeys(
         ["agauss", "gauss", "unif", "aunif", "mc", "flat", "rand", "random", "white"],
-        "random values are not supported: write the value, or sweep it with .step",
+        "write the nominal value of a .param; nsspice tolerance DECK --param NAME=10% draws values",
     ),
     **dict.fromkeys(
         ["ddt", "idt", "sdt", "idtmod", "delay", "absdelay", "laplace"],

@@ -94,7 +94,7 @@ def test_what_the_command_refuses_python_refuses(tmp_path: Path, monkeypatch) ->
     assert solution.failure is None or solution.failure.message in done.output
     printed = done.output.splitlines()
     # all lines but the first, which holds the time that the run took
-    assert all(line in printed for line in solution.summary().splitlines()[1:])
+    assert all(line in printed for line in solution.summary(False).splitlines()[1:])
 
 
 def test_estimates_of_the_error_are_there_in_python() -> None:
