@@ -28,6 +28,7 @@ _COMMANDS = {
     "tolerance": "show how parameter tolerances spread the measures",
     "compare": "compare a simulation with ngspice or a reference waveform",
     "plot": "draw CSV files on a shared axis",
+    "draw": "draw the schematic of a netlist",
     "examples": "list or copy the collection of netlists",
     "completion": "let the shell complete commands and options",
 }

@@ -27,6 +27,10 @@ _EXAMPLES = {
         ("nsspice compare buck.net scope.csv", "a recorded waveform"),
     ),
     "plot": (('nsspice plot a.csv b.csv --signals "v(out)" -o both.png', "two runs overlaid"),),
+    "draw": (
+        ("nsspice draw buck.net", "the schematic, buck.svg"),
+        ("nsspice draw buck.net --at 12u", "who conducts after 12 us is green"),
+    ),
     "examples": (("nsspice examples copy buck", "a deck to start from"),),
 }
 

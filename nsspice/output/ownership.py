@@ -55,6 +55,8 @@ def written_by_nsspice(path: Path) -> bool:
         return b"nsspice" in head or b"nsspice" in tail
     if head.lstrip()[:15].lower() == b"<!doctype html>":
         return b'name="generator" content="nsspice' in head
+    if head.startswith(b"<svg") and b"<desc>drawn by nsspice</desc>" in head:
+        return True
     if b"\n* recommended by nsspice effects" in head:
         return True
     if head.startswith(b"cross-check of nsspice\n"):  # a deck for ngspice

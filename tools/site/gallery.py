@@ -7,11 +7,15 @@ from pathlib import Path
 
 import nsspice
 from nsspice.compare.expect import check
+from nsspice.output.schematic import schematic
 
 try:
     import tomllib
 except ImportError:  # Python 3.10
     import tomli as tomllib
+
+#: elements of a schematic that can be read
+PARTS = 40
 
 HEADINGS = {
     "basics": "Basics: one idea each",
@@ -35,9 +39,25 @@ def pages(root: Path) -> dict[str, str | bytes]:
             name = f"gallery/{folder}/{netlist.stem}.svg"
             if picture is not None:
                 made[name] = picture
-            parts.append(entry(netlist, name.removeprefix("gallery/") if picture else None))
+            scheme = draw_schematic(netlist)
+            shape = f"{folder}/{netlist.stem}.schematic.svg" if scheme else None
+            if scheme is not None:
+                made[f"gallery/{shape}"] = scheme
+            shown = name.removeprefix("gallery/") if picture else None
+            parts.append(entry(netlist, shown, shape))
         made[f"gallery/{folder}.md"] = "\n".join(parts)
     return made
+
+
+def draw_schematic(netlist: Path) -> bytes | None:
+    """Return the schematic of a netlist, None for one that is refused or too large to read."""
+    try:
+        circuit = nsspice.read(netlist)
+    except nsspice.NsspiceError:
+        return None
+    if not 1 < len(circuit.deck.elements) <= PARTS:
+        return None
+    return schematic(circuit).encode()
 
 
 def draw(netlist: Path) -> bytes | None:
@@ -55,13 +75,15 @@ def draw(netlist: Path) -> bytes | None:
     return stream.getvalue()
 
 
-def entry(netlist: Path, picture: str | None) -> str:
-    """Return the section of a netlist: title, waveforms, expected results, deck."""
+def entry(netlist: Path, picture: str | None, drawing: str | None) -> str:
+    """Return the section of a netlist: title, schematic, waveforms, expected results, deck."""
     text = netlist.read_text("utf-8")
     title = text.splitlines()[0].lstrip("* ")
     expected = tomllib.loads(netlist.with_suffix(".expect.toml").read_text("utf-8"))
     report = check(netlist.with_suffix(".expect.toml"))
     parts = [f"## {netlist.stem.replace('_', ' ')}\n", f"{title}.\n"]
+    if drawing:
+        parts.append(f"![schematic of {netlist.stem}]({drawing}){{ .schematic loading=lazy }}\n")
     if picture:
         parts.append(f"![waveforms of {netlist.stem}]({picture}){{ .waveform loading=lazy }}\n")
     if "refused" in expected:
