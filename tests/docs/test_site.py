@@ -42,7 +42,12 @@ def test_a_gallery_entry_has_picture_deck_and_expectations() -> None:
     picture = gallery.draw(netlist)
     assert picture is not None
     assert b"<svg" in picture
-    text = gallery.entry(netlist, "basics/capacitor_sharing.svg")
+    scheme = gallery.draw_schematic(netlist)
+    assert scheme is not None
+    assert b'data-name="c1"' in scheme
+    shown = "basics/capacitor_sharing.svg", "basics/capacitor_sharing.schematic.svg"
+    text = gallery.entry(netlist, *shown)
+    assert all(name in text for name in shown)
     assert "Expected results" in text
     assert "```spice" in text
 

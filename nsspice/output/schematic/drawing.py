@@ -20,7 +20,7 @@ _STYLE = """
 .fill,.dot{fill:#1b1f24} .part .fill{stroke-linejoin:miter}
 text{fill:#1b1f24;stroke:none;font:12px system-ui,sans-serif} .value,.control{fill:#57606a}
 .net{fill:#0b57d0;font-style:italic} .title{font-size:14px;font-weight:600}
-.on{stroke:#1a7f37;stroke-width:3} .on .fill{fill:#1a7f37} 
+.on{stroke:#1a7f37;stroke-width:3} .on .fill{fill:#1a7f37}
 .off{stroke:#a8b0b9} .off .fill{fill:#a8b0b9}
 @media(prefers-color-scheme:dark){.wires,.core,.part{stroke:#e6edf3} .fill,.dot,text{fill:#e6edf3}
 .value,.control{fill:#9da7b3} .net{fill:#79b0ff} .on{stroke:#3fb950} .on .fill{fill:#3fb950}
