@@ -86,3 +86,53 @@ def test_pictures_of_steady_states_are_drawn() -> None:
         page = ROOT / "docs" / "how-to"
         shown = f"]({Path(name).name})"
         assert any(shown in p.read_text("utf-8") for p in page.glob("*.md")), name
+
+
+def test_decks_are_coloured_as_spice_reads_them() -> None:
+    import spice_lexer
+    from pygments.lexers import get_lexer_by_name
+    from pygments.token import Comment, Error, Keyword, Name, Number
+
+    spice_lexer.register()
+    lexer = get_lexer_by_name("spice")
+    deck = (
+        "Buck converter, 24 V\nVin in 0 24\nC1 out 0 0.1m IC=0 ; start\n.tran 0.1m 5meg uic\n"
+        "B1 a 0 V={v(out)*2k}\n+ tc=1u\n* end\n"
+    )
+    tokens = [(kind, text) for kind, text in lexer.get_tokens(deck) if text.strip()]
+    assert tokens[0] == (Name.Namespace, "Buck converter, 24 V\n")
+    numbers = [text for kind, text in tokens if kind in Number]
+    assert numbers == ["0", "24", "0", "0.1m", "0", "0.1m", "5meg", "0", "2k", "1u"]
+    assert (Keyword, ".tran") in tokens
+    assert [text for kind, text in tokens if kind in Comment] == ["; start", "* end"]
+    # no text of the collection is unknown to the lexer, and none is lost
+    for path in sorted((ROOT / "netlists").rglob("*.net")):
+        text = path.read_text("utf-8")
+        found = list(get_lexer_by_name("spice", stripnl=False).get_tokens(text))
+        assert "".join(part for _, part in found).rstrip("\n") == text.rstrip("\n"), path
+        assert not any(kind in Error for kind, _ in found), path
+    assert type(get_lexer_by_name("spice")).__name__ == "SpiceDeckLexer"
+
+
+def test_the_tutorial_shows_schematics_results_and_pictures() -> None:
+    import tutorial
+
+    text, pictures = tutorial.shown(ROOT)
+    assert sum(name.endswith(".schematic.svg") for name in pictures) >= 6
+    assert sum(name.endswith(".png") for name in pictures) >= 6
+    for name in pictures:
+        assert f"]({Path(name).name})" in text
+    # the numbers that the text mentions are those that the program prints
+    assert "v_mean = 8.448" in text
+    assert "certificate holds" in text
+    assert "error NS" in text.partition("## 9.")[2]
+
+
+def test_thumbnails_lead_to_sections_of_the_gallery() -> None:
+    import gallery
+
+    text = gallery.thumbnails(ROOT / "netlists")
+    cards = re.findall(r"- \[!\[\]\((\w+)/(\w+)\.schematic\.svg\).*?\]\((\w+)\.md#([\w-]+)\)", text)
+    assert len(cards) > 60
+    assert all(a == c and b.replace("_", "-") == d for a, b, c, d in cards)
+    assert gallery.THUMBNAILS in (ROOT / "docs" / "gallery" / "index.md").read_text("utf-8")

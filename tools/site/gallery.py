@@ -14,6 +14,8 @@ try:
 except ImportError:  # Python 3.10
     import tomli as tomllib
 
+#: where the page of the gallery shows them
+THUMBNAILS = "<!-- thumbnails -->"
 #: elements of a schematic that can be read
 PARTS = 40
 
@@ -47,6 +49,22 @@ def pages(root: Path) -> dict[str, str | bytes]:
             parts.append(entry(netlist, shown, shape))
         made[f"gallery/{folder}.md"] = "\n".join(parts)
     return made
+
+
+def thumbnails(root: Path) -> str:
+    """Return small schematics of all folders, each a link to its section."""
+    parts = []
+    for folder, heading in HEADINGS.items():
+        cards = []
+        for netlist in sorted((root / folder).glob("*.net")):
+            if draw_schematic(netlist) is not None:
+                name = netlist.stem.replace("_", " ")
+                image = f"![]({folder}/{netlist.stem}.schematic.svg){{ loading=lazy }}"
+                cards.append(f"- [{image} {name}]({folder}.md#{netlist.stem.replace('_', '-')})")
+        if cards:
+            parts.append(f"## [{heading}]({folder}.md)\n\n<div class=\"thumbnails\" markdown>\n")
+            parts.append("\n".join(cards) + "\n\n</div>\n")
+    return "\n".join(parts)
 
 
 def draw_schematic(netlist: Path) -> bytes | None:

@@ -18,7 +18,11 @@ import commands
 import equations
 import gallery
 import parameters
+import spice_lexer
 import steady
+import tutorial
+
+spice_lexer.register()
 
 #: what the extension for formulas leaves: \( inline \) and \[ in a block \]
 _FORMULA = re.compile(
@@ -40,16 +44,22 @@ def on_files(files: Files, config: Any) -> Files:
         **gallery.pages(Path(config.config_file_path).parent / "netlists"),
         **equations.pictures(Path(config.config_file_path).parent),
         **steady.pictures(Path(config.config_file_path).parent),
+        **tutorial.shown(Path(config.config_file_path).parent)[1],
     }
     for name, content in pages.items():
         files.append(File.generated(config, name, content=content))
     return files
 
 
-def on_page_markdown(markdown: str, config: Any, **_: Any) -> str:
-    """Put in the netlists that pages on equations name; links to source files become their names."""
+def on_page_markdown(markdown: str, page: Any, config: Any, **_: Any) -> str:
+    """Put in netlists that pages name, results and thumbnails; links to sources become names."""
+    root = Path(config.config_file_path).parent
+    if page.file.src_uri == tutorial.PAGE:
+        markdown = tutorial.shown(root)[0]
+    if page.file.src_uri == "gallery/index.md":
+        markdown = markdown.replace(gallery.THUMBNAILS, gallery.thumbnails(root / "netlists"))
     markdown = _SOURCE.sub(r"\1", markdown)
-    return equations.with_decks(markdown, Path(config.config_file_path).parent)
+    return equations.with_decks(markdown, root)
 
 
 def on_page_content(html: str, **_: Any) -> str:
