@@ -30,6 +30,7 @@ _COMMANDS = {
     "plot": "draw CSV files on a shared axis",
     "draw": "draw the schematic of a netlist",
     "examples": "list or copy the collection of netlists",
+    "serve-mcp": "serve decks to agents over MCP",
     "completion": "let the shell complete commands and options",
 }
 
@@ -48,7 +49,7 @@ class _Lazy(click.Group):
         """Return a command from the module of its name."""
         if cmd_name not in _COMMANDS:
             return None
-        module = import_module(f".{cmd_name}", __package__)
+        module = import_module(f".{cmd_name.replace('-', '_')}", __package__)
         command: click.Command = module.command
         command.epilog = command.epilog or examples_of(cmd_name)
         return command
