@@ -30,6 +30,7 @@ _COMMANDS = {
     "plot": "draw CSV files on a shared axis",
     "draw": "draw the schematic of a netlist",
     "examples": "list or copy the collection of netlists",
+    "plecs": "turn a PLECS thermal description into a model card",
     "serve-mcp": "serve decks to agents over MCP",
     "completion": "let the shell complete commands and options",
 }

@@ -31,6 +31,7 @@ _EXAMPLES = {
         ("nsspice draw buck.net", "the schematic, buck.svg"),
         ("nsspice draw buck.net --at 12u", "who conducts after 12 us is green"),
     ),
+    "plecs": (("nsspice plecs device.xml", "a card with Eon, Eoff, Err and Foster tables"),),
     "serve-mcp": (("nsspice serve-mcp --folder .", "for an agent that starts it as a server"),),
     "examples": (("nsspice examples copy buck", "a deck to start from"),),
 }

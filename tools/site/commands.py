@@ -8,7 +8,7 @@ from nsspice.cli.app import app
 
 INTRO = """# Command line
 
-`nsspice COMMAND --help` shows the same text. Every command has `--json`.
+`nsspice COMMAND --help` shows the same text. All but `serve-mcp` and `completion` have `--json`.
 
 | exit code | meaning |
 |---|---|
