@@ -48,6 +48,10 @@ def test_a_gallery_entry_has_picture_deck_and_expectations() -> None:
     shown = "basics/capacitor_sharing.svg", "basics/capacitor_sharing.schematic.svg"
     text = gallery.entry(netlist, *shown)
     assert all(name in text for name in shown)
+    assert "(basics/capacitor_sharing.report.html)" in text
+    explored = gallery.report(netlist)
+    assert explored is not None
+    assert 100_000 < len(explored) < 400_000
     assert "Expected results" in text
     assert "```spice" in text
 

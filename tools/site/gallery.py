@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+from functools import cache
 from pathlib import Path
 
 import nsspice
 from nsspice.compare.expect import check
+from nsspice.output.report import page_of
 from nsspice.output.schematic import schematic
 
 try:
@@ -16,6 +18,8 @@ except ImportError:  # Python 3.10
 
 #: where the page of the gallery shows them
 THUMBNAILS = "<!-- thumbnails -->"
+#: bytes of the curves of a report
+CURVES = 150_000
 #: elements of a schematic that can be read
 PARTS = 40
 
@@ -46,6 +50,10 @@ def pages(root: Path) -> dict[str, str | bytes]:
             if scheme is not None:
                 made[f"gallery/{shape}"] = scheme
             shown = name.removeprefix("gallery/") if picture else None
+            explored = report(netlist) if picture is not None else None
+            if explored is not None:
+                made[f"gallery/{folder}/{netlist.stem}.report.html"] = explored
+            runs.cache_clear()
             parts.append(entry(netlist, shown, shape))
         made[f"gallery/{folder}.md"] = "\n".join(parts)
     return made
@@ -78,19 +86,37 @@ def draw_schematic(netlist: Path) -> bytes | None:
     return schematic(circuit).encode()
 
 
+@cache
+def runs(netlist: Path) -> tuple[nsspice.Circuit, list[nsspice.Solution]] | None:
+    """Return the circuit of a netlist and its runs, None where it is refused."""
+    try:
+        circuit = nsspice.read(netlist)
+        return circuit, circuit.run()
+    except nsspice.NsspiceError:
+        return None
+
+
 def draw(netlist: Path) -> bytes | None:
     """Return the default picture of a netlist's last analysis, None where there is none."""
+    found = runs(netlist)
+    drawable = [s for s in found[1] if s.axis.size > 1] if found else []
+    if not drawable:
+        return None
     try:
-        solutions = nsspice.read(netlist).run()
-        drawable = [s for s in solutions if s.axis.size > 1]
-        if not drawable:
-            return None
         figure = drawable[-1].plot()
     except nsspice.NsspiceError:
         return None
     stream = io.BytesIO()
     figure.savefig(stream, format="svg", bbox_inches="tight")
     return stream.getvalue()
+
+
+def report(netlist: Path) -> bytes | None:
+    """Return the interactive page of a netlist's runs, with fewer points than usual."""
+    found = runs(netlist)
+    if found is None:
+        return None
+    return page_of(*found, CURVES).encode()
 
 
 def entry(netlist: Path, picture: str | None, drawing: str | None) -> str:
@@ -104,6 +130,7 @@ def entry(netlist: Path, picture: str | None, drawing: str | None) -> str:
         parts.append(f"![schematic of {netlist.stem}]({drawing}){{ .schematic loading=lazy }}\n")
     if picture:
         parts.append(f"![waveforms of {netlist.stem}]({picture}){{ .waveform loading=lazy }}\n")
+        parts.append(f"[Explore the waveforms]({picture.removesuffix('.svg')}.report.html)\n")
     if "refused" in expected:
         parts.append(f"Must be refused with `{expected['refused']['code']}`.\n")
     rows = [f"| {line(c)} | {'met' if report.passed else 'MISSED'} |" for c in checks(expected)]

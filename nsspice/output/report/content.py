@@ -14,7 +14,7 @@ from ...analyses.signals.signal_names import unit
 from ...netlist.deck import NoiseCard
 from ..chosen import default_shown, pieces_of, swept_unit
 from ..si import number
-from .waveforms import curves, encode
+from .waveforms import ALONE, curves, encode
 
 if TYPE_CHECKING:
     from ...analyses.results.jumps import JumpReport
@@ -37,7 +37,7 @@ _RESPONSES = {
 }
 
 
-def content(circuit: Circuit, solutions: Sequence[Solution]) -> dict[str, Any]:
+def content(circuit: Circuit, solutions: Sequence[Solution], room: int = ALONE) -> dict[str, Any]:
     """Return everything that the page of some runs shows."""
     deck = circuit.deck
     parts = families(solutions)
@@ -48,7 +48,7 @@ def content(circuit: Circuit, solutions: Sequence[Solution]) -> dict[str, Any]:
         "deck": deck_text(circuit),
         "warnings": [w.render() for w in circuit.warnings],
         "input": "A" if noise and noise[0].source.lower().startswith("i") else "V",
-        "groups": [group(part, sum(map(len, parts))) for part in parts],
+        "groups": [group(part, sum(map(len, parts)), room) for part in parts],
     }
 
 
@@ -85,7 +85,7 @@ def single_curves(solution: Solution) -> list[Solution]:
     return found
 
 
-def group(runs: Sequence[Solution], total: int) -> dict[str, Any]:
+def group(runs: Sequence[Solution], total: int, room: int = ALONE) -> dict[str, Any]:
     """Return what is shown of one analysis: a tab of the page."""
     first = runs[0]
     name = first.axis_name
@@ -96,7 +96,7 @@ def group(runs: Sequence[Solution], total: int) -> dict[str, Any]:
         "logarithmic": name == "frequency",
         "parameters": list(first.parameters),
         "shown": first_shown(first),
-        "runs": [run(solution, total, len(runs)) for solution in runs],
+        "runs": [run(solution, total, len(runs), room) for solution in runs],
     }
 
 
@@ -109,7 +109,7 @@ def deck_text(circuit: Circuit) -> str:
         return "\n".join(dict.fromkeys(e.span.text for e in circuit.deck.elements))
 
 
-def run(solution: Solution, total: int = 1, siblings: int = 1) -> dict[str, Any]:
+def run(solution: Solution, total: int = 1, siblings: int = 1, room: int = ALONE) -> dict[str, Any]:
     """Return what is shown of one run, of ``total`` runs on the page."""
     from ..summary import describe
 
@@ -121,7 +121,7 @@ def run(solution: Solution, total: int = 1, siblings: int = 1) -> dict[str, Any]
         "parameters": {k: finite(v) for k, v in solution.parameters.items()},
         "verdict": verdict(solution),
         "summary": describe(solution),
-        "curves": curves(solution, shown, total) if drawable else None,
+        "curves": curves(solution, shown, total, room) if drawable else None,
         "modes": modes(solution, total),
         "measures": {k: finite(v) for k, v in solution.measures.items()},
         "jumps": [jump(j) for j in solution.jumps[:_JUMPS]],

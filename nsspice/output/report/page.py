@@ -13,6 +13,7 @@ from ... import __version__
 from ..atomic_write import whole
 from ..files import output_error
 from .content import content
+from .waveforms import ALONE
 
 if TYPE_CHECKING:
     from ...analyses.solution.solution import Solution
@@ -62,23 +63,28 @@ def write_report(circuit: Circuit, solutions: Sequence[Solution], path: str | Pa
     OutputError
         If the file cannot be written.
     """
+    text = page_of(circuit, solutions)
+    try:
+        with whole(path) as part:
+            part.write_text(text, "utf-8")
+    except OSError as error:
+        raise output_error(error, str(path)) from error
+
+
+def page_of(circuit: Circuit, solutions: Sequence[Solution], room: int = ALONE) -> str:
+    """Return the text of the page; ``room`` is the largest size of the curves of a run [bytes]."""
     assets = files(__package__) / "assets"
     style, library, own = (
         "\n".join((assets / name).read_text("utf-8") for name in names) for names in _ASSETS
     )
-    data = content(circuit, solutions)
-    text = _PAGE.format(
+    data = content(circuit, solutions, room)
+    return _PAGE.format(
         version=__version__,
         title=html.escape(str(data["title"])),
         style=style,
         data=embedded(data),
         script=f'{library}\n(() => {{\n"use strict";\n{own}\n}})();',
     )
-    try:
-        with whole(path) as part:
-            part.write_text(text, "utf-8")
-    except OSError as error:
-        raise output_error(error, str(path)) from error
 
 
 def embedded(data: object) -> str:

@@ -27,7 +27,9 @@ _SIGNALS = 12
 _LEAST = 1200  # points of a run, for which signals are left out
 
 
-def curves(solution: Solution, wanted: Sequence[str], runs: int = 1) -> dict[str, Any]:
+def curves(
+    solution: Solution, wanted: Sequence[str], runs: int = 1, alone: int = ALONE
+) -> dict[str, Any]:
     """Return axis and signals as base64 text of little-endian numbers.
 
     The axis has 8 bytes a number, signals 4: seven digits are more than a screen shows.
@@ -39,6 +41,8 @@ def curves(solution: Solution, wanted: Sequence[str], runs: int = 1) -> dict[str
         Signals that must not be left out.
     runs : int
         Runs that share the page.
+    alone : int
+        Largest size of the curves of a single run [bytes].
 
     Returns
     -------
@@ -48,7 +52,7 @@ def curves(solution: Solution, wanted: Sequence[str], runs: int = 1) -> dict[str
         of signal and square over the interval from each second point to the next.
     """
     names, axis, values, units = _table(solution, wanted, runs)
-    room = ALONE if runs == 1 else TOGETHER // runs
+    room = alone if runs == 1 else TOGETHER // runs
     kept = min(axis.size, POINTS, room // (8 + 8 * max(1, len(names))))
     thin, pairs, averages = thinned(axis, values, max(200, kept))
     signals = []
