@@ -138,5 +138,5 @@ def test_thumbnails_lead_to_sections_of_the_gallery() -> None:
     text = gallery.thumbnails(ROOT / "netlists")
     cards = re.findall(r"- \[!\[\]\((\w+)/(\w+)\.schematic\.svg\).*?\]\((\w+)\.md#([\w-]+)\)", text)
     assert len(cards) > 60
-    assert all(a == c and b.replace("_", "-") == d for a, b, c, d in cards)
+    assert all(a == c and b.lower().replace("_", "-") == d for a, b, c, d in cards)
     assert gallery.THUMBNAILS in (ROOT / "docs" / "gallery" / "index.md").read_text("utf-8")

@@ -68,7 +68,7 @@ def thumbnails(root: Path) -> str:
             if draw_schematic(netlist) is not None:
                 name = netlist.stem.replace("_", " ")
                 image = f"![]({folder}/{netlist.stem}.schematic.svg){{ loading=lazy }}"
-                cards.append(f"- [{image} {name}]({folder}.md#{netlist.stem.replace('_', '-')})")
+                cards.append(f"- [{image} {name}]({folder}.md#{netlist.stem.lower().replace('_', '-')})")
         if cards:
             parts.append(f"## [{heading}]({folder}.md)\n\n<div class=\"thumbnails\" markdown>\n")
             parts.append("\n".join(cards) + "\n\n</div>\n")
