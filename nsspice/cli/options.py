@@ -40,6 +40,8 @@ NUMBER = Number()
 
 #: where a command notes that its netlist may include nothing from outside
 CONFINED = "nsspice.confined"
+#: where it notes the seed of the values that its netlist draws
+SEED = "nsspice.seed"
 
 
 def _confine(ctx: click.Context, param: click.Parameter, value: bool) -> None:
@@ -54,6 +56,23 @@ def confined_option(command: F) -> F:
         expose_value=False,
         callback=_confine,
         help="Refuse to include files outside the netlist's folder (for services).",
+    )(command)
+
+
+def _seed(ctx: click.Context, param: click.Parameter, value: int) -> None:
+    ctx.meta[SEED] = value
+
+
+def seed_option(command: F) -> F:
+    """Add ``--seed``, which :func:`nsspice.cli.source.circuit_of` obeys."""
+    return click.option(
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        expose_value=False,
+        callback=_seed,
+        help="Seed of the random values that the netlist draws (agauss, mc ...).",
     )(command)
 
 

@@ -18,6 +18,7 @@ from .options import (
     json_option,
     read_params,
     read_signals,
+    seed_option,
     solver_options,
 )
 from .progress import ProgressBar
@@ -105,6 +106,7 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 @json_option
 @click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
+@seed_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
 @click.option("-v", "--verbose", is_flag=True, help="Also print methods, counters and energies.")
 def command(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import CONFINED
+from .options import CONFINED, SEED
 
 if TYPE_CHECKING:
     from ..circuit import Circuit
@@ -30,7 +30,8 @@ def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circu
 
     context = click.get_current_context(silent=True)
     confined = context is not None and bool(context.meta.get(CONFINED))
+    seed = 0 if context is None else int(context.meta.get(SEED) or 0)
     if netlist == STDIN:
         text = sys.stdin.read() + "\n"
-        return build(read_deck(text, params, "<stdin>", confined=confined))
-    return read(Path(netlist), params, confined=confined)
+        return build(read_deck(text, params, "<stdin>", confined=confined, seed=seed))
+    return read(Path(netlist), params, confined=confined, seed=seed)

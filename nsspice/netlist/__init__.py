@@ -3,7 +3,7 @@
 ``parse_text`` and ``parse_file`` return a ``Deck``; everything wrong with a netlist is raised
 together, as one ``NetlistError``.  ``docs/reference/netlist.md`` describes the dialect; read
 ``parsing`` first, then the rooms in the order ``text``, ``expressions``, ``elements``,
-``expansion``, ``cards``.  Imports no other folder.
+``expansion``, ``cards``, ``script``.  Imports no other folder.
 
 Examples
 --------

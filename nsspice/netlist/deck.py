@@ -215,7 +215,8 @@ class Measure(NamedTuple):
     ``operation`` is one of ``trig_targ find_when find_at when max min pp avg rms integ max_at
     min_at deriv param``.  ``expression`` is the measured quantity (any combination of signals),
     ``start`` and ``stop`` bound the window, ``first``/``second`` are TRIG/TARG or WHEN; those of a
-    statistic are the ends of its window.
+    statistic are the ends of its window.  ``runs`` are the numbers of the ``Deck.runs`` that it
+    belongs to, None for all runs of its analysis.
     """
 
     name: str
@@ -228,6 +229,7 @@ class Measure(NamedTuple):
     start: float | None = None
     stop: float | None = None
     at: float | None = None
+    runs: tuple[int, ...] | None = None
 
     @property
     def conditions(self) -> list[Cond]:
@@ -315,6 +317,47 @@ class HeatSinkCard(NamedTuple):
 
 
 Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard
+_KINDS = {
+    OpCard: "op",
+    DcCard: "dc",
+    TranCard: "tran",
+    PssCard: "pss",
+    AcCard: "ac",
+    LoopCard: "loop",
+    NoiseCard: "noise",
+    TfCard: "tf",
+}
+
+
+def kind_of(card: Analysis) -> str:
+    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac``, ``loop``, ``noise`` or ``tf``."""
+    return _KINDS[type(card)]
+
+
+class Alteration(NamedTuple):
+    """What ``alter``, ``altermod``, ``alterparam`` or ``set temp`` changes before a run.
+
+    ``kind`` is ``element model param temp``; ``key`` the parameter, empty for the value of an
+    element; ``values`` has one number, or the arguments of a waveform.
+    """
+
+    kind: str
+    name: str
+    key: str
+    values: tuple[float, ...]
+    span: Span
+
+    @property
+    def label(self) -> str:
+        """What the change is called in results."""
+        return f"@{self.name}[{self.key}]" if self.key else self.name
+
+
+class Run(NamedTuple):
+    """An analysis of a ``.control`` program: its card, and what has been altered before it."""
+
+    card: Analysis
+    alterations: tuple[Alteration, ...] = ()
 
 
 @dataclass(slots=True)
@@ -342,6 +385,8 @@ class Deck:
     heat_sinks : list of HeatSinkCard
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
+    runs : list of Run
+        What a ``.control`` program runs; without one every analysis is run once.
     temperature : float
         [degrees Celsius], 27 by default.
     parameters : dict of str to float
@@ -349,6 +394,8 @@ class Deck:
     warnings : list of Diagnostic
     source : str
         The text, if it did not come from a file.
+    seed : int
+        Of its random values.
     overrides : dict of str to float
         Parameter values that the caller gave in place of the deck's.
     confined : bool
@@ -370,10 +417,12 @@ class Deck:
     sensitivities: list[SensCard] = field(default_factory=list)
     heat_sinks: list[HeatSinkCard] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
+    runs: list[Run] = field(default_factory=list)
     temperature: float = 27.0
     parameters: dict[str, float] = field(default_factory=dict)
     warnings: list[Diagnostic] = field(default_factory=list)
     source: str = ""
+    seed: int = 0
     overrides: dict[str, float] = field(default_factory=dict)
     confined: bool = False
     included: tuple[Path, ...] = ()

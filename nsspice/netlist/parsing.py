@@ -14,15 +14,16 @@ from .cards.control import CardReader
 from .deck import DcCard, Deck
 from .elements.reading import Reader
 from .expansion.body import BodyReader
+from .expansion.draws import Draws
 from .expansion.expand import Expander
 from .expansion.scope import Scope
 from .expressions import expression_parser
 from .findings import Findings, Unreadable
+from .script.plan import computes, plan
 from .text import statement
 from .text.files import FileReader
 from .text.lines import logical_lines, physical_lines
 from .text.schematic import schematic_of
-from .text.script import ANALYSES, Script
 from .text.source import read_text
 from .text.structure import build
 
@@ -42,6 +43,7 @@ def parse_text(
     directory: Path | None = None,
     confined: bool = False,
     added: Sequence[str] = (),
+    seed: int = 0,
 ) -> Deck:
     r"""Read a netlist from a text.
 
@@ -59,6 +61,8 @@ def parse_text(
         Whether files outside of that folder are refused.
     added : sequence of str
         Lines that are read after those of the deck, as if they stood in it.
+    seed : int
+        Of the random numbers that the deck draws.
 
     Returns
     -------
@@ -91,11 +95,14 @@ def parse_text(
       hint: write Rname node node value
     """
     with _no_collection():
-        return _parse(text, file, params or {}, directory or Path(), confined, added)
+        return _parse(text, file, params or {}, directory or Path(), confined, added, seed)
 
 
 def parse_file(
-    path: Path | str, params: Mapping[str, float] | None = None, confined: bool = False
+    path: Path | str,
+    params: Mapping[str, float] | None = None,
+    confined: bool = False,
+    seed: int = 0,
 ) -> Deck:
     """Read a netlist file: UTF-8, Latin-1, or LTspice's UTF-16.
 
@@ -107,6 +114,8 @@ def parse_file(
         Values that take the place of ``.param`` definitions of the same names.
     confined : bool
         Whether files outside of its folder are refused.
+    seed : int
+        Of the random numbers that the deck draws.
 
     Returns
     -------
@@ -136,7 +145,7 @@ def parse_file(
         reason = getattr(error, "strerror", None) or str(error)
         message = f"file {path} cannot be read: {reason}"
         raise NetlistError(Diagnostic("NS1050", message, None)) from None
-    return parse_text(text, str(path), params, path.parent, confined)
+    return parse_text(text, str(path), params, path.parent, confined, seed=seed)
 
 
 @contextmanager
@@ -161,6 +170,7 @@ def _parse(
     directory: Path,
     confined: bool,
     added: Sequence[str],
+    seed: int,
 ) -> Deck:
     """Do the work of ``parse_text``."""
     findings = Findings()
@@ -183,7 +193,8 @@ def _parse(
     reader = Reader(findings)
     bodies = BodyReader(reader)
     body = bodies.read(block)
-    scope = Scope(None, "", {}, set())
+    draws = Draws(seed, params)
+    scope = Scope(None, "", {}, set(), draws=draws)
     scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)
@@ -193,10 +204,15 @@ def _parse(
     expander.check_controls()
     _evaluate_all(deck, scope, findings)
     deck.elements, deck.included = expander.elements, files.included
-    _read_scripts(files.scripts, expander, scope, findings)
-    cards.read()
+    cards.read(computes(files.scripts))
+    plan(deck, cards, files.scripts, findings, seed)
     _check_given(deck, scope, findings)
     _check_temperature(deck, scope, findings)
+    deck.seed = seed
+    if draws.used:
+        message = "the deck draws random values: they are the same in each run"
+        hint = "change them with --seed or seed=; each value of a .step draws new ones"
+        findings.warning("NS1096", message, Span(file, 1, 1, 1, rows[0]), hint)
     if not deck.elements and not findings.errors:
         where = Span(file, 1, 1, 1, rows[0])
         hint = "the first line is the title; elements start in line 2"
@@ -206,17 +222,6 @@ def _parse(
     findings.raise_errors(deck)
     deck.warnings = findings.warnings
     return deck
-
-
-def _read_scripts(
-    scripts: list[Script], expander: Expander, scope: Scope, findings: Findings
-) -> None:
-    """Take the analyses of ``.control`` blocks for those of a deck that has none of its own."""
-    asked = any(card in ANALYSES and not home.prefix for card, _, home in expander.cards)
-    for script in scripts:
-        taken = [] if asked else script.analyses()
-        expander.cards += [(line.text.split()[0], line, scope) for line in taken]
-        script.report(taken, findings)
 
 
 def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:

@@ -11,9 +11,8 @@ from pathlib import Path
 
 from .. import __version__
 from ..analyses.request.targets import Target
-from ..analyses.studies.batch import kind_of
 from ..errors import Diagnostic, UsageError
-from ..netlist.deck import Deck
+from ..netlist.deck import Deck, kind_of
 from ..netlist.parsing import parse_text
 from ..netlist.text.source import read_text
 

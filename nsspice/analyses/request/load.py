@@ -15,7 +15,11 @@ from .arguments import finite
 
 
 def read(
-    source: str | Path, params: Mapping[str, float] | None = None, *, confined: bool = False
+    source: str | Path,
+    params: Mapping[str, float] | None = None,
+    *,
+    confined: bool = False,
+    seed: int = 0,
 ) -> Circuit:
     """Read a netlist and check everything that can be checked without solving it.
 
@@ -28,6 +32,8 @@ def read(
     confined : bool
         Whether files outside the netlist's folder are refused: for services that read untrusted
         decks, which could otherwise make messages quote private files.
+    seed : int
+        Of the random values that the deck draws (``agauss``, ``mc`` ...).
 
     Returns
     -------
@@ -51,7 +57,7 @@ def read(
     >>> circuit.default_signals()
     ['v(a)', 'v(b)', 'i(v1)']
     """
-    return build(read_deck(source, params, confined=confined))
+    return build(read_deck(source, params, confined=confined, seed=seed))
 
 
 def need_circuit(circuit: object) -> None:
@@ -68,6 +74,7 @@ def read_deck(
     file: str = "<netlist>",
     *,
     confined: bool = False,
+    seed: int = 0,
 ) -> Deck:
     """Return the deck of a file or text, which remembers how to be read again.
 
@@ -79,6 +86,8 @@ def read_deck(
         Name for the messages about a text.
     confined : bool
         Whether files from outside of the folder are refused.
+    seed : int
+        Of its random values.
 
     Raises
     ------
@@ -98,9 +107,9 @@ def read_deck(
             raise UsageError(Diagnostic("NS4005", message, hint="give a finite number"))
     try:
         if isinstance(source, Path) or (source.strip() and "\n" not in source):
-            deck = parse_file(source, given or None, confined)
+            deck = parse_file(source, given or None, confined, seed)
         else:
-            deck = parse_text(source, file, given or None, confined=confined)
+            deck = parse_text(source, file, given or None, confined=confined, seed=seed)
             deck.source = source
     except NetlistError as error:
         raise completed(error) from error
@@ -115,7 +124,7 @@ def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     """Return the circuit of a deck with some parameters changed."""
     given = {**deck.overrides, **params}
     source: str | Path = deck.source or Path(deck.file)
-    return build(read_deck(source, given, deck.file, confined=deck.confined))
+    return build(read_deck(source, given, deck.file, confined=deck.confined, seed=deck.seed))
 
 
 def again(deck: Deck, params: Mapping[str, float]) -> Circuit:

@@ -11,22 +11,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ...circuit import Circuit
+from ...circuit import Circuit, build
 from ...circuit.blocks import Blocks
 from ...errors import Diagnostic, NsspiceError, NumericalError, UsageError
 from ...netlist.deck import (
-    AcCard,
+    Alteration,
     Analysis,
-    DcCard,
     Deck,
-    LoopCard,
-    NoiseCard,
-    OpCard,
     PssCard,
+    Run,
     Sweep,
-    TfCard,
     TranCard,
+    kind_of,
 )
+from ...netlist.script.alteration import altered
 from ..request.cards import Dc, Tran
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
@@ -49,17 +47,6 @@ from ..transient.measure import evaluate_measures
 from ..transient.spectrum import add_powers, add_spectra, is_hot
 from ..transient.transient import Rerun, run_tran
 
-_KINDS = {
-    OpCard: "op",
-    DcCard: "dc",
-    TranCard: "tran",
-    PssCard: "pss",
-    AcCard: "ac",
-    LoopCard: "loop",
-    NoiseCard: "noise",
-    TfCard: "tf",
-}
-
 #: runs of one analysis over all .step cards; each has a table of its own
 MAX_RUNS = 100_000
 
@@ -75,11 +62,17 @@ class Job:
         What distinguishes it from the other jobs of the deck: ``""``, ``"tran"``, ``"dc2.step3"``.
     steps : tuple of (Sweep, float)
         Stepped quantities with their value.
+    alterations : tuple of Alteration
+        What a ``.control`` program has altered.
+    number : int or None
+        Which of the runs of the program it is.
     """
 
     card: Analysis
     label: str
     steps: tuple[tuple[Sweep, float], ...] = ()
+    alterations: tuple[Alteration, ...] = ()
+    number: int | None = None
 
     @property
     def kind(self) -> str:
@@ -88,13 +81,9 @@ class Job:
 
     @property
     def values(self) -> dict[str, float]:
-        """The stepped values by name."""
-        return {sweep.name: value for sweep, value in self.steps}
-
-
-def kind_of(card: Analysis) -> str:
-    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac``, ``loop``, ``noise`` or ``tf``."""
-    return _KINDS[type(card)]
+        """The stepped and altered values by name."""
+        changed = {a.label: a.values[0] for a in self.alterations}
+        return {**changed, **{sweep.name: value for sweep, value in self.steps}}
 
 
 def jobs_of(deck: Deck) -> list[Job]:
@@ -115,22 +104,28 @@ def jobs_of(deck: Deck) -> list[Job]:
         raise UsageError(
             Diagnostic("NS4006", f"{deck.file} asks for no analysis", hint=hint),
         )
-    kinds = [kind_of(card) for card in deck.analyses]
-    count = math.prod(len(sweep.values) for sweep in deck.steps)
+    runs = deck.runs or [Run(card) for card in deck.analyses]
+    kinds = [kind_of(run.card) for run in runs]
+    count = len(deck.runs or [1]) * math.prod(len(sweep.values) for sweep in deck.steps)
     if count > MAX_RUNS:
-        text = " x ".join(str(len(sweep.values)) for sweep in deck.steps)
-        message = f"the .step cards ask for {text} = {count} runs, more than {MAX_RUNS}"
+        factors = [len(deck.runs)] if deck.runs else []
+        text = " x ".join(map(str, [*factors, *(len(sweep.values) for sweep in deck.steps)]))
+        what = "the .step cards ask" if deck.steps else "the .control block asks"
+        message = f"{what} for {text} = {count} runs, more than {MAX_RUNS}"
         hint = "use fewer points, or call nsspice.tran in a loop and keep what you need"
-        raise UsageError(Diagnostic("NS4017", message, deck.steps[-1].span, hint))
+        where = deck.steps[-1].span if deck.steps else None
+        raise UsageError(Diagnostic("NS4017", message, where, hint))
     points = list(itertools.product(*(sweep.values for sweep in reversed(deck.steps))))
     jobs = []
-    for k, (card, kind) in enumerate(zip(deck.analyses, kinds, strict=True)):
+    for k, (run, kind) in enumerate(zip(runs, kinds, strict=True)):
+        program = k if deck.runs else None
         number = kinds[:k].count(kind) + 1
         name = "" if len(kinds) == 1 else kind if number == 1 else f"{kind}{number}"
         for j, values in enumerate(points):
             step = f"step{j + 1}" if deck.steps else ""
             steps = tuple(zip(deck.steps, reversed(values), strict=True))
-            jobs.append(Job(card, ".".join(filter(None, [name, step])), steps))
+            label = ".".join(filter(None, [name, step]))
+            jobs.append(Job(run.card, label, steps, run.alterations, program))
     return jobs
 
 
@@ -279,9 +274,9 @@ def run_job(
     try:
         return _run_job(circuit, job, request, progress, sink)
     except NsspiceError as error:
-        if job.steps:
+        if job.values:
             values = ", ".join(f"{name} = {value:g}" for name, value in job.values.items())
-            error.amend(f"(.step: {values})")
+            error.amend(f"({values})" if job.alterations else f"(.step: {values})")
         raise
 
 
@@ -294,10 +289,17 @@ def _run_job(
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
     for sweep, _ in job.steps:
         check_sweep(circuit, sweep)
+    if job.alterations:
+        circuit, job = altered_circuit(circuit, job, parameters)
+        parameters = {}
     if parameters:
         circuit = read_again(deck, parameters)
         job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
-    measures = [m for m in circuit.deck.measures if m.analysis == job.kind]
+    measures = [
+        m
+        for m in circuit.deck.measures
+        if m.analysis == job.kind and (m.runs is None or job.number in m.runs)
+    ]
     request = replace(
         request,
         extra=[*request.extra, *measured_signals(measures)],
@@ -330,9 +332,23 @@ def _run_job(
             from .measured_slopes import add_slopes
 
             add_slopes(circuit, solution, job, request)
-    if job.steps and not request.follow:
+    if job.values and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
+
+
+def altered_circuit(
+    circuit: Circuit, job: Job, parameters: Mapping[str, float]
+) -> tuple[Circuit, Job]:
+    """Return the circuit that a program has altered, and the job with the card of its deck."""
+    deck = circuit.deck
+    given = {a.name: a.values[0] for a in job.alterations if a.kind == "param"}
+    given.update(parameters)
+    if given:
+        fresh = read_again(deck, given).deck
+        job = replace(job, card=fresh.analyses[deck.analyses.index(job.card)])
+        deck = fresh
+    return build(altered(deck, job.alterations)), job
 
 
 def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:

@@ -10,7 +10,7 @@ from ...analyses.request.load import read_again
 from ...analyses.request.request import Request
 from ...analyses.signals.signal_names import unit
 from ...analyses.solution.solution import Solution
-from ...analyses.studies.batch import Job, jobs_of, run_job
+from ...analyses.studies.batch import Job, altered_circuit, jobs_of, run_job
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard
@@ -234,6 +234,9 @@ def cross_check(
             )
         )
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
+    if job.alterations:
+        circuit, job = altered_circuit(circuit, job, parameters)
+        parameters = {}
     result = run(
         read_again(circuit.deck, parameters) if parameters else circuit,
         _analysis(job, request),

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from ...errors import Span, suggest
 from ..deck import Deck
 from ..elements.reading import Reader, flat
+from ..elements.template import Value
 from ..elements.terminals import GROUND
+from ..expansion.binding import NOTHING, names
 from ..expansion.expand import Expander
 from ..expansion.scope import Scope
 from ..expressions.expression import Expression
-from ..expressions.node import COMPLEX_FORMS
+from ..expressions.expression_parser import voltage
+from ..expressions.node import COMPLEX_FORMS, Node
 from ..findings import Unreadable
 from ..text.lines import Line
+from ..text.script import Command
 from ..text.statement import Item, items
 
 #: ends of elements whose currents have names of their own: i(q1.b)
@@ -45,6 +49,9 @@ class Context:
         self.findings = reader.findings
         self.scope = scope
         self.here = scope  # scope of the card being read: .ic may be in a subcircuit
+        self.home = scope
+        #: names of a program, that go before parameters in what it measures
+        self.vectors: dict[str, Node] = {}
         self.nodes: set[str] = set()
         self._expander = expander
 
@@ -91,12 +98,21 @@ class Context:
 
     def expression(self, line: Line, start: int, end: int) -> Expression:
         """Return an expression of signals."""
-        value = self.here.expression(self.reader.formula(line, start, end))
+        given = self.reader.formula(line, start, end)
+        local = self._named(given) if self.vectors or isinstance(line, Command) else NOTHING
+        value = self.here.expression(given, local=local)
         if isinstance(value, Expression):
             return value
         from ..expressions.node import num
 
         return Expression(num(value), line.span(start, end), line.raw[start:end])
+
+    def _named(self, given: Value) -> Mapping[str, Node]:
+        """Return what the names of a command stand for: vectors, and voltages of nodes."""
+        if isinstance(given, float):
+            return NOTHING
+        known = {word: voltage(word) for word in names(given.node) if self.is_node(word)}
+        return {**known, **self.vectors}
 
     # -- signals -------------------------------------------------------------------------------
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from ...errors import suggest
 from ..deck import Deck
 from ..elements.reading import Reader
 from ..expansion.expand import Expander
 from ..expansion.scope import Scope
-from ..expressions.node import TooLarge
+from ..expressions.node import Node, TooLarge
 from ..findings import Unreadable
 from ..text.lines import Line
-from ..text.script import ANALYSES
 from . import analyses, heat, measure, options, outputs, periodic
 from .context import Context
 
@@ -48,8 +47,9 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "temp": options.temperature,
     "title": options.title,
 }
-#: analyses that are computed
-_COMPUTED = (*ANALYSES, "pss", "ac", "loop", "noise", "tf", "sens")
+#: analyses that are computed, those that a program runs first
+PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf"])
+_COMPUTED = (*PROGRAM, "pss", "loop", "sens")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
@@ -97,7 +97,7 @@ class CardReader:
     """
 
     def __init__(self, deck: Deck, reader: Reader, scope: Scope, expander: Expander) -> None:
-        self._context = Context(deck, reader, scope, expander)
+        self.context = self._context = Context(deck, reader, scope, expander)
         self._expander = expander
         self._computes = False  # whether the deck asks for an analysis that is computed
 
@@ -113,10 +113,10 @@ class CardReader:
             elif card in ("options", "option", "opt"):
                 self._call(options.early_options, line, scope)
 
-    def read(self) -> None:
-        """Read all other cards."""
+    def read(self, computes: bool = False) -> None:
+        """Read all other cards; ``computes`` says that a program asks for analyses, too."""
         self._context.index()
-        self._computes = any(
+        self._computes = computes or any(
             card in _COMPUTED and not scope.prefix for card, _, scope in self._expander.cards
         )
         for card, line, scope in self._expander.cards:
@@ -128,6 +128,23 @@ class CardReader:
             else:
                 self._call(reader, line, scope)
         self._context.check_expressions()
+
+    def command(self, line: Line, vectors: Mapping[str, Node] | None = None) -> None:
+        """Read a command of a program that is a card without its dot.
+
+        Raises
+        ------
+        Unreadable
+            If it cannot be read.
+        """
+        card = line.text.split(None, 1)[0]
+        dotted = type(line)(f".{line.raw}", line.file, line.number, line.source)
+        self._context.here = self._context.home
+        self._context.vectors = dict(vectors or {})
+        try:
+            _READERS[card](self._context, dotted)
+        finally:
+            self._context.vectors = {}
 
     def _sens(self) -> Callable[[Context, Line], None]:
         """Return what reads ``.sens``: of a periodic steady state, or of an operating point."""

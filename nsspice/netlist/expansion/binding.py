@@ -14,6 +14,7 @@ from ..expressions.expression_parser import resolve, unknown_function
 from ..expressions.functions import ARITY, CONSTANTS
 from ..expressions.node import Node, TooLarge, num, var
 from ..findings import Unreadable
+from .draws import NAMES
 
 if TYPE_CHECKING:
     from .scope import Scope
@@ -87,7 +88,8 @@ class _Binder:
                 branch = node.args[1 if condition.value != 0.0 else 2]
                 return self.bind(scope, branch, formals, formula, active, depth + 1)
         called = str(node.value)[1:] if op == "call" and str(node.value)[0] == "?" else ""
-        if called and called not in ARITY and called not in (own := scope.known("functions")):
+        known = called in ARITY or called in NAMES
+        if called and not known and called not in (own := scope.known("functions")):
             # before its arguments: those of p(r1) are no parameters
             raise unknown_function(called, own, _place(called, formula))
         args = []
@@ -131,6 +133,11 @@ class _Binder:
         while home is not None and name not in home.functions:
             home = home.parent
         if home is None:
+            drawn = None
+            if name in NAMES and scope.draws is not None and all(arg.op == "num" for arg in args):
+                drawn = scope.draws.draw(name, [float(arg.value) for arg in args])
+            if drawn is not None:
+                return num(drawn)
             made = resolve(name, args, scope.known("functions"), _place(name, formula))
             _check_table(made, formula)
             return fold(made)

@@ -19,6 +19,7 @@ from ..expressions.node import Node, var
 from ..findings import Unreadable
 from .binding import NOTHING, bind, names
 from .body import Body, Subcircuit
+from .draws import Draws
 
 #: types of cards whose parameters may name other cards
 _NAMING = frozenset({"nigbt", "nmos", "npn", "pigbt", "pmos", "pnp"})
@@ -37,6 +38,10 @@ class Scope:
         Actual nodes of the formal ones.
     globals_ : set of str
         Nodes that no instance renames, shared by all scopes.
+    temperature : float
+        [degrees Celsius]
+    draws : Draws, optional
+        Random numbers.
     """
 
     def __init__(
@@ -46,10 +51,12 @@ class Scope:
         nodes: dict[str, str],
         globals_: set[str],
         temperature: float = 27.0,
+        draws: Draws | None = None,
     ) -> None:
         self.parent = parent
         self.prefix = prefix
         self.temperature: float = parent.temperature if parent else temperature
+        self.draws: Draws | None = parent.draws if parent else draws
         self.params: dict[str, tuple[Formula, Span]] = {}
         self.values: dict[str, float] = {}
         self.fixed: dict[str, float] = {}

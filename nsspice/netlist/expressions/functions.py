@@ -81,8 +81,8 @@ ALIASES = {
 #: known to other simulators, not simulated here, with what to do instead
 UNSUPPORTED = {
     **dict.fromkeys(
-        ["agauss", "gauss", "unif", "aunif", "mc", "flat", "rand", "random", "white"],
-        "write the nominal value of a .param; nsspice tolerance DECK --param NAME=10% draws values",
+        ["rand", "random", "white"],
+        "noise in time is not supported: draw a value with mc, flat, gauss, agauss, unif or aunif",
     ),
     **dict.fromkeys(
         ["ddt", "idt", "sdt", "idtmod", "delay", "absdelay", "laplace"],

@@ -153,12 +153,6 @@ def test_warnings(line: str, code: str) -> None:
     assert [w.code for w in deck(line).warnings] == [code]
 
 
-def test_control_block_names_what_it_leaves_out() -> None:
-    (warning,) = deck(".control", "TRAN 1u 1m", "alter r1 2", "run", ".endc").warnings
-    assert "'TRAN 1u 1m', 'alter r1 2', 'run'" in warning.message
-    assert warning.hint == "write it as a card: .TRAN 1u 1m"
-
-
 @pytest.mark.parametrize(
     "line", [".backanno", ".width out=80", ".options plotwinsize=0", ".opt list node"]
 )

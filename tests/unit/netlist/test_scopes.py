@@ -81,7 +81,6 @@ def test_functions_of_the_deck_hide_built_in_ones() -> None:
 def test_function_mistakes() -> None:
     assert codes(".func f(x) {f(x)}", "R1 a 0 {f(1)}") == ["NS1031"]
     assert codes(".func f(x) {x}", "R1 a 0 {f(1,2)}") == ["NS1022"]
-    assert codes("R1 a 0 {agauss(1,2,3)}") == ["NS1022"]
     # not that r1 is no parameter
     assert codes("R1 a 0 1", ".tran 1 2", ".meas w avg 2*p(r1)") == ["NS1022"]
     assert codes("R1 a 0 1", ".tran 1 2", ".meas w avg power(r1)") == ["NS1022"]
