@@ -44,6 +44,7 @@ class Parameter:
     status : str
         ``used``; ``inert`` (cannot change a result of this program: a listed warning); ``refused``
         (would change results and is not simulated: an error unless it has the value ``neutral``);
+        ``omitted`` (would change results little: a warning unless it is 0);
         ``table`` (read by others).
     neutral : tuple of float
         Values of a refused parameter that mean "no such effect".
@@ -58,7 +59,7 @@ class Parameter:
     unit: str = ""
     default: float | None = None
     aliases: tuple[str, ...] = ()
-    status: Literal["used", "inert", "refused", "table"] = "used"
+    status: Literal["used", "inert", "omitted", "refused", "table"] = "used"
     neutral: tuple[float, ...] = (0.0,)
     hint: str = ""
     check: Callable[[Param, str, Findings], None] | None = None
@@ -69,6 +70,11 @@ def refused(
 ) -> Parameter:
     """Return a parameter that would change results: an error unless it has a neutral value."""
     return Parameter(name, meaning, unit, status="refused", neutral=neutral, hint=hint)
+
+
+def omitted(name: str, meaning: str, unit: str = "") -> Parameter:
+    """Return a parameter of a small effect that is left out, with a warning unless it is 0."""
+    return Parameter(name, meaning, unit, status="omitted")
 
 
 def inert(name: str, meaning: str, unit: str = "") -> Parameter:
@@ -137,6 +143,12 @@ class Table:
                     hint = f"put an expression in braces: {key}={{{value}}}"
                 message = f"{key} of {owner} must be a number, not {text}"
                 findings.error("NS2005", message, param.span, hint)
+                continue
+            if entry.status == "omitted":
+                if value != 0.0:
+                    message = f"{key} of {owner} ({entry.meaning}) is left out"
+                    hint = "remove it if its effect does not matter"
+                    findings.warning("NS2064", message, param.span, hint)
                 continue
             if entry.status == "refused":
                 if value not in entry.neutral:

@@ -137,12 +137,14 @@ class OpCard(NamedTuple):
 class Sweep(NamedTuple):
     """One swept quantity: a source, a resistor, ``temp``, or (``.step``) a parameter.
 
+    The name of a parameter of a model is ``@model[parameter]``.
+
     ``values`` holds every point in order; the stop value is included when it lies on the grid up to
     rounding.
     """
 
     name: str
-    kind: Literal["element", "temp", "param"]
+    kind: Literal["element", "temp", "param", "model"]
     values: tuple[float, ...]
     span: Span
 

@@ -34,6 +34,9 @@ class Findings:
         self.doubtful: set[str] = set()
         #: a file could not be included: it may have declared any name
         self.incomplete = False
+        #: libraries that do not exist; ``missed`` is a name that one of them may have declared
+        self.absent: list[Diagnostic] = []
+        self.missed = ""
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
 
@@ -50,11 +53,26 @@ class Findings:
         if not (found.missing and self.is_doubtful(found.missing)):
             self.error(found.code, found.message, found.span, found.hint)
 
+    def settle_absent(self) -> None:
+        """Report libraries that do not exist: errors if a name is missing, else warnings."""
+        for found in self.absent:
+            if self.missed:
+                message = f"{found.message}, and {self.missed[:60]} is missing"
+                self.error(found.code, message, found.span, found.hint)
+                self.errors.insert(0, self.errors.pop())  # before what follows from it
+            else:
+                message = f"{found.message}; nothing in the deck needs it"
+                self.warning("NS1053", message, found.span, found.hint)
+
     def is_doubtful(self, name: str) -> bool:
-        """Return whether a name may be missing because of an error already reported."""
+        """Return whether a missing name may be missing because of an error already reported."""
         if self.incomplete or name in self.doubtful:
             return True
-        return "." in name and any(part in self.doubtful for part in name.split("."))
+        if "." in name and any(part in self.doubtful for part in name.split(".")):
+            return True
+        if self.absent and not self.missed:
+            self.missed = name
+        return bool(self.absent)
 
     def _add(self, target: list[Diagnostic], finding: Diagnostic) -> None:
         if len(finding.message) > _LONGEST or len(finding.hint) > _LONGEST:

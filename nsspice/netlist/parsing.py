@@ -11,11 +11,13 @@ from pathlib import Path
 
 from ..errors import Diagnostic, NetlistError, Span, suggest
 from .cards.control import CardReader
+from .cards.noise_sources import draw_waveforms
 from .deck import DcCard, Deck
 from .elements.reading import Reader
 from .expansion.body import BodyReader
 from .expansion.draws import Draws
 from .expansion.expand import Expander
+from .expansion.parts import Parts
 from .expansion.scope import Scope
 from .expressions import expression_parser
 from .findings import Findings, Unreadable
@@ -196,6 +198,7 @@ def _parse(
     draws = Draws(seed, params)
     scope = Scope(None, "", {}, set(), draws=draws)
     scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
+    scope.parts = Parts(reader)
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)
     cards = CardReader(deck, reader, scope, expander)
@@ -205,14 +208,16 @@ def _parse(
     _evaluate_all(deck, scope, findings)
     deck.elements, deck.included = expander.elements, files.included
     cards.read(computes(files.scripts))
+    deck.seed = seed
     plan(deck, cards, files.scripts, findings, seed)
+    draw_waveforms(deck, findings)
     _check_given(deck, scope, findings)
     _check_temperature(deck, scope, findings)
-    deck.seed = seed
     if draws.used:
         message = "the deck draws random values: they are the same in each run"
         hint = "change them with --seed or seed=; each value of a .step draws new ones"
         findings.warning("NS1096", message, Span(file, 1, 1, 1, rows[0]), hint)
+    findings.settle_absent()
     if not deck.elements and not findings.errors:
         where = Span(file, 1, 1, 1, rows[0])
         hint = "the first line is the title; elements start in line 2"

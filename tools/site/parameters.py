@@ -59,6 +59,8 @@ def _rows(table: Table) -> str:
 def _default(p: Parameter) -> str:
     if p.status == "inert":
         return "*ignored*"
+    if p.status == "omitted":
+        return "*left out* with a warning, unless 0"
     if p.status == "refused":
         neutral = ", ".join(f"{v:g}" for v in p.neutral)
         return f"*refused* unless {neutral}" + (f"; {p.hint}" if p.hint else "")

@@ -14,6 +14,7 @@ from typing import Any
 from ...circuit import Circuit, build
 from ...circuit.blocks import Blocks
 from ...errors import Diagnostic, NsspiceError, NumericalError, UsageError
+from ...netlist.alteration import altered
 from ...netlist.deck import (
     Alteration,
     Analysis,
@@ -24,7 +25,6 @@ from ...netlist.deck import (
     TranCard,
     kind_of,
 )
-from ...netlist.script.alteration import altered
 from ..request.cards import Dc, Tran
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
@@ -123,10 +123,18 @@ def jobs_of(deck: Deck) -> list[Job]:
         name = "" if len(kinds) == 1 else kind if number == 1 else f"{kind}{number}"
         for j, values in enumerate(points):
             step = f"step{j + 1}" if deck.steps else ""
-            steps = tuple(zip(deck.steps, reversed(values), strict=True))
+            pairs = list(zip(deck.steps, reversed(values), strict=True))
+            steps = tuple(pair for pair in pairs if pair[0].kind != "model")
+            changed = tuple(_of_model(*pair) for pair in pairs if pair[0].kind == "model")
             label = ".".join(filter(None, [name, step]))
-            jobs.append(Job(run.card, label, steps, run.alterations, program))
+            jobs.append(Job(run.card, label, steps, (*run.alterations, *changed), program))
     return jobs
+
+
+def _of_model(sweep: Sweep, value: float) -> Alteration:
+    """Return the change of a stepped parameter of a model, ``@model[parameter]``."""
+    name, _, key = sweep.name[1:-1].partition("[")
+    return Alteration("model", name, key, (value,), sweep.span)
 
 
 def run(

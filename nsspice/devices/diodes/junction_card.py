@@ -12,7 +12,8 @@ from .junction import STEEPEST, JunctionLaw
 if TYPE_CHECKING:
     from ...netlist.deck import Model
 
-_SIDEWALL = "remove it, or add a second diode for the sidewall"
+#: parameters of the sidewall, whose length pj is 0 unless the element gives it
+SIDEWALL = ("jsw", "isw", "cjp", "cjsw", "rsw")
 _GAP = "remove it: the band gap of silicon is used"
 
 CARD = Table(
@@ -35,10 +36,8 @@ CARD = Table(
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
     Parameter("t_abs", "temperature of its diodes", "C"),
     refused("ikr", "knee current of reverse injection", "leave it out", "A"),
-    refused("jsw", "sidewall saturation current", _SIDEWALL, "A"),
-    refused("isw", "sidewall saturation current", _SIDEWALL, "A"),
-    refused("cjp", "sidewall capacitance", _SIDEWALL, "F"),
-    refused("cjsw", "sidewall capacitance", _SIDEWALL, "F"),
+    *(inert(name, "current of the sidewall, none without pj", "A") for name in SIDEWALL[:2]),
+    *(inert(name, "its capacitance, none without pj", "F") for name in SIDEWALL[2:4]),
     Parameter("ibvl", "low-level breakdown current at the breakdown voltage", "A"),
     Parameter("nbvl", "emission coefficient of ibvl", "", 1.0),
     Parameter("trs1", "linear temperature coefficient of rs", "1/K", aliases=("trs",)),
@@ -59,7 +58,7 @@ CARD = Table(
     refused("gap2", "band gap over temperature", _GAP, neutral=(1108.0,)),
     refused("area", "area factor", "write it on the element line", neutral=(1.0,)),
     refused("vp", "soft recovery", "remove it: only tt is simulated"),
-    refused("rsw", "sidewall resistance", _SIDEWALL, "Ohm"),
+    *(inert(name, "its resistance, none without pj", "Ohm") for name in SIDEWALL[4:]),
     refused("jtun", "tunnel current", "leave it out, or add a B source", "A"),
     refused("jtunsw", "tunnel current of the sidewall", "leave it out, or add a B source", "A"),
     *(

@@ -12,7 +12,7 @@ from ..stamper import Layout
 from ..temperature import kelvin
 from .diode_branch import JunctionBody, Leg, Voltage
 from .junction import JunctionLaw
-from .junction_card import read_junction
+from .junction_card import SIDEWALL, read_junction
 from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 
 if TYPE_CHECKING:
@@ -62,6 +62,16 @@ class JunctionDiode(LegDevice):
                 f"{sized[0]} of {element.name} (size of a level 3 diode) is not simulated",
                 element.params[sized[0]].span,
                 "give area=",
+            )
+        length = element.params.get("pj")
+        wall = [key for key in SIDEWALL if key in model.params and model.params[key].value != 0.0]
+        if wall and length is not None and length.value != 0.0:
+            findings.error(
+                "NS2008",
+                f"{wall[0]} of model {model.name} (sidewall) with pj of {element.name} is not "
+                "simulated",
+                length.span,
+                "put a diode and a capacitor in parallel",
             )
         params = {key: p for key, p in element.params.items() if key != "v"}
         given = cls.INSTANCE.read(params, element.name, findings)

@@ -51,7 +51,7 @@ def check_source(source: Source, owner: str, findings: Findings) -> bool:
         negative = {
             "pulse": ("tr", "tf", "pw", "np"),
             "exp": ("tau1", "tau2"),
-            "sin": ("frequency", "cycles"),
+            "sin": ("cycles",),
         }
         for name in negative.get(kind, ()):
             value = given.get(name)
@@ -128,12 +128,12 @@ def transient(source: Source, conditions: Conditions) -> Waveform:
         return _given(source, index, default)
 
     if kind == "sin":
-        amplitude, phase = arg(1, 0.0), arg(5, 0.0)
+        amplitude, frequency, phase = arg(1, 0.0), arg(2, per_stop), arg(5, 0.0)
+        if frequency < 0.0:  # sin(-x) = -sin(x)
+            amplitude, frequency, phase = -amplitude, -frequency, -phase
         if phase % 180.0 == 0.0:  # a zero at the start is one, not the rounding of pi
             amplitude, phase = (amplitude if phase % 360.0 == 0.0 else -amplitude), 0.0
-        return Waveform(
-            "sin", (arg(0, 0.0), amplitude, arg(2, per_stop), arg(3, 0.0), arg(4, 0.0), phase)
-        )
+        return Waveform("sin", (arg(0, 0.0), amplitude, frequency, arg(3, 0.0), arg(4, 0.0), phase))
     if kind == "pulse":
         rise, fall = arg(3, step), arg(4, step)
         # a width left out lasts to the end of the run; twice tstop keeps its end out of the window

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ...netlist.findings import Findings
-from ..parameter import Parameter, Table, check_bounds, inert, limited, refused
+from ..parameter import Parameter, Table, check_bounds, inert, limited, omitted, refused
 from .transistor import RATINGS
 
 if TYPE_CHECKING:
@@ -81,7 +81,9 @@ CARD = Table(
         for name, *keys in COEFFICIENTS
         for key, kind, unit in zip(keys, ("linear", "quadratic"), ("1/K", "1/K2"), strict=True)
     ),
-    refused("ptf", "excess phase", "leave it out: it is a delay"),
+    omitted("ptf", "excess phase", "deg"),
+    inert("isr", "parameter of diodes"),
+    inert("alpha", "parameter of other models"),
     refused("rco", "epitaxial resistance", "use rc", "Ohm"),
     refused("qco", "epitaxial charge", "use tr"),
     *(

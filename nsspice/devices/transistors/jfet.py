@@ -23,7 +23,7 @@ from ..effect import Effect, called_for
 from ..mosfets.level1_law import Level1Law
 from ..mosfets.mosfet import INITIAL, MULTIPLE, RATINGS, TEMPERATURES
 from ..mosfets.smooth_mosfet import SmoothMosfet
-from ..parameter import Parameter, Table, check_bounds, inert, limited, refused
+from ..parameter import Parameter, Table, check_bounds, inert, limited, omitted, refused
 from ..stamper import Conditions, Layout, Stamper
 from ..temperature import CELSIUS, depletion, kelvin, thermal_voltage
 
@@ -52,9 +52,9 @@ CARD = Table(
     Parameter("xti", "temperature exponent of is", "", 0.0),
     Parameter("tnom", "temperature at which parameters are given", "C", aliases=("tref",)),
     refused("b", "doping tail", "leave it out", neutral=(1.0,)),
-    refused("alpha", "ionisation", "leave it out", "1/V"),
+    omitted("alpha", "ionisation", "1/V"),
     inert("vk", "ionisation", "V"),
-    refused("isr", "recombination in the gate junctions", "put diodes there", "A"),
+    omitted("isr", "recombination in the gate junctions", "A"),
     inert("nr", "recombination"),
     inert("kf", "flicker noise"),
     inert("af", "flicker noise"),

@@ -6,22 +6,19 @@ import math
 from typing import Literal
 
 from ...errors import Span, suggest
-from ..deck import DcCard, OpCard, Sweep, TranCard
+from ..alteration import check
+from ..deck import Alteration, DcCard, OpCard, Sweep, TranCard
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item
 from .context import Context
 from .options import above_absolute_zero
+from .start_up import start_up
 
+StepKind = Literal["element", "temp", "param", "model"]
 #: points of one sweep
 MAX_POINTS = 10_000_000
 
-#: words of LTspice's .tran
-_MODIFIERS = {
-    "startup": "it ramps all sources up in 20 us: remove it to start from the operating point, "
-    "or write uic to start from zero",
-    "steady": "write .pss for the periodic steady state",
-}
 _TRAN_HINT = "write .tran step stop [start [maxstep]] [uic] [start=pss]"
 _DC_HINT = "write .dc source start stop step"
 _STEP_HINT = "write .step param name start stop increment, or .step param name list 1 2 3"
@@ -50,9 +47,11 @@ def tran(context: Context, line: Line) -> None:
         where = line.span(item.start, item.end)
         if item.text in ("uic", "skipbp"):  # skipbp is PSpice's word for it
             uic = True
-        elif item.text in ("startup", "steady"):
-            message = f".tran {item.text} is not supported"
-            raise Unreadable("NS1002", message, where, _MODIFIERS[item.text])
+        elif item.text == "startup":
+            start_up(context.deck, context.findings, where)
+        elif item.text == "steady":
+            message = ".tran steady does not end the run early: it goes on to its last instant"
+            context.findings.warning("NS1003", message, where, "write .pss for the steady state")
         elif item.text in ("nodiscard", "step"):
             context.findings.warning("NS1003", f".tran {item.text} is ignored", where)
         elif item.kind == "word" and item.text.isalpha() and suggest(item.text, ["uic"]):
@@ -122,6 +121,9 @@ def step(context: Context, line: Line) -> None:
         names = [e.name for e in context.deck.elements if e.letter in "vir"]
         hint = suggest(name, [*names, *context.scope.known("params")]) or _STEP_HINT
         raise Unreadable("NS1070", f".step: there is no element {name[:60]}", where, hint)
+    if kind == "model":
+        target, _, key = name[1:-1].partition("[")
+        check(context.deck, Alteration("model", target, key, (values[0],), where))
     context.deck.steps.append(Sweep(name, kind, values, where))
 
 
@@ -132,16 +134,14 @@ def early_step(context: Context, line: Line) -> None:
         context.scope.fixed.setdefault(name, values[0])
 
 
-def _step(
-    context: Context, line: Line
-) -> tuple[Literal["element", "temp", "param"], str, Span, tuple[float, ...]]:
+def _step(context: Context, line: Line) -> tuple[StepKind, str, Span, tuple[float, ...]]:
     """Read a .step line without looking at the elements."""
     words, pairs = context.split(line)
     if pairs:
         where = line.span(pairs[0].start, pairs[0].end)
         raise Unreadable("NS1080", ".step has no named arguments", where, _STEP_HINT)
     scale, rest = _scale(words)
-    kind: Literal["element", "temp", "param"] = "element"
+    kind: StepKind = "element"
     if rest and rest[0].text in ("param", "temp", "temperature"):
         kind = "param" if rest[0].text == "param" else "temp"
         rest = rest[1:] if kind == "param" else rest
@@ -149,11 +149,9 @@ def _step(
         raise Unreadable("NS1080", ".step needs a name and values", line.whole(), _STEP_HINT)
     name = "temp" if kind == "temp" else rest[0].text
     where = line.span(rest[0].start, rest[0].end)
-    if kind == "element" and len(rest) > 1 and rest[1].text in context.scope.models:
-        message = ".step of a model parameter is not supported"
-        raise Unreadable(
-            "NS1002", message, where, "write {name} in the model and step the parameter"
-        )
+    if kind == "element" and len(rest) > 2 and rest[1].text in context.scope.models:
+        kind, name = "model", f"@{rest[1].text}[{rest[2].text}]"  # .step npn 2n2222(bf) ...
+        rest = rest[2:]
     if kind == "element" and name in context.scope.params:
         kind = "param"
     values, rest = _range(context, line, rest[1:], scale, ".step")

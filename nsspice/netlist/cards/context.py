@@ -67,10 +67,12 @@ class Context:
         """Return whether an element, or a terminal of one, has this full name; no instance has."""
         places = self._expander.places
         owner, _, terminal = name.rpartition(".")
-        if self.findings.is_doubtful(name) or (name in places and terminal[:1] != "x"):
+        if name in places and terminal[:1] != "x":
             return True
         letter = owner.rpartition(".")[2][:1]
-        return owner in places and terminal in _TERMINALS.get(letter, ())
+        if owner in places and terminal in _TERMINALS.get(letter, ()):
+            return True
+        return self.findings.is_doubtful(name)
 
     def is_node(self, name: str) -> bool:
         """Return whether a node has this full name."""

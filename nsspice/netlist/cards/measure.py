@@ -30,6 +30,11 @@ _PART = re.compile(
 )
 
 
+_PARTS = {"mag": "m", "abs": "m", "db": "db", "ph": "p", "phase": "p", "re": "r", "real": "r",
+          "im": "i", "img": "i", "imag": "i"}  # fmt: skip
+_PART_OF = re.compile(rf"\b({'|'.join(_PARTS)})\s*\(\s*([vi])\s*\(([^()]*)\)\s*\)", re.IGNORECASE)
+
+
 @dataclass(slots=True)
 class _Part:
     """A keyword and the text up to the next one."""
@@ -78,6 +83,8 @@ def measure(context: Context, line: Line) -> None:
             return
         raise Unreadable("NS1080", f".measure: unknown analysis {analysis[:40]}", at,
                          suggest(analysis, _ANALYSES) or hint)  # fmt: skip
+    if analysis == "ac":
+        line = _complex(line)
     name = _once(context, name, where)
     parts = _parts(line, begin)
     if not parts:
@@ -94,6 +101,12 @@ def measure(context: Context, line: Line) -> None:
         if expression is not None and made.operation != "param":
             context.check_signals(expression, analysis == "ac")
     context.deck.measures.append(made)
+
+
+def _complex(line: Line) -> Line:
+    """Return a line with ``vm(out)`` for ``mag(v(out))``, and so on."""
+    raw = _PART_OF.sub(lambda m: f"{m[2]}{_PARTS[m[1].lower()]}({m[3]})", line.raw)
+    return line if raw == line.raw else type(line)(raw, line.file, line.number, line.source)
 
 
 def _parts(line: Line, start: int) -> list[_Part]:

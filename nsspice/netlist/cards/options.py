@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...errors import Span, suggest
-from ..deck import Param
+from ..deck import Param, Sweep
 from ..elements.reading import flat
 from ..expressions.functions import no_temperature
 from ..findings import Unreadable
@@ -96,14 +96,15 @@ def early_options(context: Context, line: Line) -> None:
 
 
 def temperature(context: Context, line: Line) -> None:
-    """Read ``.temp value``; several values are a sweep, written with .step."""
+    """Read ``.temp value``; several values are a sweep."""
     words: list[Item] = list(flat(context.tail(line)))
     if not words:
         raise Unreadable("NS1080", ".temp needs a temperature", line.whole(), "write .temp 27")
     if len(words) > 1:
-        values = " ".join(line.raw[word.start : word.end] for word in words)
-        hint = f"write .step temp list {values}"
-        raise Unreadable("NS1080", ".temp with several values", line.whole(), hint)
+        values = tuple(context.number(line, word, "a temperature") for word in words)
+        above_absolute_zero(min(values), line.whole())
+        context.deck.steps.append(Sweep("temp", "temp", values, line.whole()))
+        return
     value = context.number(line, words[0], "a temperature")
     where = line.span(words[0].start, words[0].end)
     _set_temperature(context, above_absolute_zero(value, where))

@@ -99,6 +99,8 @@ def initial(context: Context, line: Line) -> None:
     for item in found:
         where = line.span(item.start, item.end)
         left = item.items[0] if item.kind == "pair" else None
+        if left is not None and left.kind == "word":  # .ic out=1
+            left = Item("call", "v", left.start, left.end, (left,))
         if left is None or left.kind != "call" or len(left.items) != 1:
             message = f"{card}: v(node)=value is needed"
             raise Unreadable("NS1080", message, where, f"write {card} v(out)=0")

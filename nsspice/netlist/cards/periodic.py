@@ -175,6 +175,9 @@ def four(context: Context, line: Line) -> None:
                 message = f".four: {item.text} must be at least 1"
                 raise Unreadable("NS1080", message, where, hint)
             counts[item.text] = value
+        elif item.kind == "call" and item.text == "p":
+            message = ".four of a power is left out: it is a product of two signals"
+            context.findings.warning("NS1003", message, where, "run --power has mean powers")
         elif item.kind == "call":
             signals.append(probe(context, item, where))
         elif frequency is None and not signals:
@@ -183,7 +186,7 @@ def four(context: Context, line: Line) -> None:
                 raise Unreadable("NS1080", ".four: the frequency must be positive", where, hint)
         else:
             raise Unreadable("NS1080", ".four takes one frequency, then signals", where, hint)
-    if not signals or any(name.startswith("p(") for name in signals):
+    if not signals:
         raise Unreadable("NS1080", ".four needs voltages or currents", line.whole(), hint)
     harmonics, periods = int(counts["harms"]), int(counts["periods"])
     card = FourCard(frequency, tuple(signals), harmonics, periods, line.whole())
@@ -202,6 +205,10 @@ def _sens(context: Context, line: Line) -> SensCard:
     names: list[str] = []
     for item in context.tail(line):
         where = line.span(item.start, item.end)
+        if signals and item.text in ("ac", "dc") and not context.is_element(item.text):
+            message = ".sens: the sensitivities are those of the operating point"
+            context.findings.warning("NS1003", message, where, "ac and its range are left out")
+            break
         if item.kind == "call":
             signals.append(probe(context, item, where))
         elif item.kind == "word" and (signals or context.is_element(item.text)):

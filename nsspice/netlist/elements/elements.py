@@ -9,7 +9,7 @@ from ...lazy import resolve
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item, items
-from .reading import Reader, flat
+from .reading import Reader, closed_once, flat
 from .template import InstanceTemplate, Template
 from .terminals import GROUND
 
@@ -44,6 +44,8 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     kind = KINDS.get(letter)
     if kind is None and letter != "x":
         raise _unknown(line, letter)
+    if letter in "vi" and line.text.count("(") != line.text.count(")"):
+        line = closed_once(reader.findings, line)
     found = items(line)
     if found[0].kind != "word":
         where = line.span(found[0].start, found[0].end)

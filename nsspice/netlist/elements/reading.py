@@ -22,6 +22,7 @@ from .template import Formula, GridText, ParamText, Value
 
 _NAME = re.compile(r"[^\W\d][\w.#$:\[\]!~-]*")
 _PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|\{[^}]*\}")
 _KEY = re.compile(r"(?<![\w.<>=!])([^\W\d][\w.]*)\s*=(?!=)")
 
 
@@ -169,19 +170,47 @@ class Reader:
     def params(
         self, line: Line, pairs: Iterable[Item], known: Iterable[str], owner: str
     ) -> dict[str, ParamText]:
-        """Return pairs by name; a name outside of ``known`` is an error with a suggestion."""
+        """Return pairs by name; one outside of ``known`` is ignored unless it is a slip of one."""
         result: dict[str, ParamText] = {}
         for pair in pairs:
             key = key_of(line, pair)
             if key not in known:
                 where = line.span(pair.start, pair.items[0].end)
-                hint = suggest(key, known) or f"known: {', '.join(sorted(known))}"
-                raise Unreadable("NS1014", f"{owner}: unknown parameter {key}", where, hint)
+                near = suggest(key, known)
+                if near:
+                    raise Unreadable("NS1014", f"{owner}: unknown parameter {key}", where, near)
+                message = f"{owner}: unknown parameter {key} is ignored"
+                hint = f"known: {', '.join(sorted(known))}"
+                self.findings.warning("NS1014", message, where, hint)
+                continue
             if key in result:
                 where = line.span(pair.start, pair.end)
                 raise Unreadable("NS1014", f"{owner}: parameter {key} is given twice", where)
             result[key] = self.param(line, pair)
         return result
+
+
+def closed_once(findings: Findings, line: Line) -> Line:
+    """Return a line with one closing parenthesis at its end for each that is open.
+
+    SPICE reads over those too many and those missing there, which nothing else can be meant by.
+    """
+    raw = line.raw.rstrip()
+    where = line.span(len(raw) - 1, len(raw))
+    bare = _QUOTED.sub("", raw)
+    surplus = bare.count(")") - bare.count("(")
+    if surplus == 0:
+        return line
+    message, hint = "the closing parenthesis is missing here", "add it"
+    if surplus > 0:
+        message, hint = "a surplus closing parenthesis is ignored", "remove it"
+    while surplus > 0 and raw.endswith(")"):
+        raw, surplus = raw[:-1].rstrip(), surplus - 1
+    if surplus > 0:  # it is elsewhere
+        return line
+    raw += ")" * -surplus
+    findings.warning("NS1003", message, where, hint)
+    return Line(raw, line.file, line.number, line.source, line.pieces)
 
 
 def _may_be_farads(line: Line, key: str) -> bool:

@@ -7,19 +7,22 @@ from itertools import pairwise
 
 from ...errors import suggest
 from ..expressions.expression_parser import voltage
+from ..expressions.node import call, num
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item
 from .broken_line import points_of
 from .controlled import table_law
 from .reading import Reader, flat
-from .template import SourceTemplate, Template, Value
+from .template import Formula, SourceTemplate, Template, Value
 from .terminals import Terminals
 from .waveforms import KINDS, count_problem
 
 _SPELLINGS = {"sine": "sin"}
-_OTHER = {"trnoise", "trrandom", "noise", "external", "distof1", "distof2", "wavefile", "pat"}
+_OTHER = {"noise", "external", "distof1", "distof2", "wavefile", "pat"}
 _PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
+#: below it the current of a load is proportional to its voltage [V]
+_FALL = 0.5
 #: words that end the arguments of a waveform
 _KEYWORDS = {"dc", "ac", "load", *KINDS}
 
@@ -35,6 +38,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
     # most sources are a lone DC value
     value = SourceTemplate(result.span)
     result.source = value
+    load: Item | None = None
     while (item := terminals.next()) is not None:
         word = item.text if item.kind == "word" else ""
         kind = _SPELLINGS.get(word, word)
@@ -54,7 +58,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         elif kind == "tbl" and result.letter == "i":
             _table(terminals, result, _arguments(terminals))
         elif kind == "load" and result.letter == "i":
-            raise _load(terminals, item)
+            load = item
         elif kind in _OTHER:
             where = line.span(item.start, item.end)
             message = f"{result.name}: the waveform {kind} is not supported"
@@ -88,6 +92,8 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
         elif key in params:
             raise Unreadable("NS1014", f"{result.name}: {key}= belongs to PWL", params[key].span)
     result.params = params
+    if load is not None:
+        _load(terminals, result, load)
     if result.quantity:
         if value.kind or value.dc is not None:
             message = f"{result.name}: a table and another value are given"
@@ -102,17 +108,25 @@ def _table(terminals: Terminals, result: Template, points: list[Item]) -> None:
     result.quantity = "i"
 
 
-def _load(terminals: Terminals, item: Item) -> Unreadable:
-    """Return what to say about a source that takes power only (LTspice)."""
-    a, b = terminals.nodes
-    return Unreadable(
-        "NS1002",
-        f"{terminals.name}: load, a current that stops when its voltage reaches zero, is not "
-        f"simulated",
-        terminals.line.span(item.start, item.end),
-        "a constant current that falls to zero below 0.5 V is a table of the voltage: "
-        f"{terminals.name} {a} {b} TBL(0 0 0.5 1m), with your current instead of 1m",
-    )
+def _load(terminals: Terminals, result: Template, item: Item) -> None:
+    """Let the current of a load fall to zero with its voltage (LTspice)."""
+    value, where = result.source, terminals.line.span(item.start, item.end)
+    assert value is not None
+    if value.kind or value.dc is None:
+        message = f"{terminals.name}: a load with a waveform is not simulated"
+        hint = "write a constant current, or a B source: I=table(v(a,b), 0, 0, 0.5, 1)*v(wave)"
+        raise Unreadable("NS1002", message, where, hint)
+    current = value.dc.node if isinstance(value.dc, Formula) else num(value.dc)
+    across = voltage(*result.nodes)
+    tree = call("pwl", across, num(0.0), num(0.0), num(_FALL), current)
+    line = terminals.line
+    start = len(line.raw) - len(line.raw.lstrip())
+    result.value = Formula(tree, line, start, len(line.raw.rstrip()), made=True)
+    result.quantity = "i"
+    value.dc = None
+    message = f"{terminals.name}: the current of the load falls to zero below {_FALL:g} V"
+    hint = f"for another law write {terminals.name.upper()} n+ n- TBL(v1 i1 v2 i2 ...)"
+    terminals.reader.findings.warning("NS1097", message, where, hint)
 
 
 def _optional(terminals: Terminals) -> Item | None:

@@ -108,12 +108,16 @@ class Template:
 
 @dataclass(slots=True)
 class ModelTemplate:
-    """A ``.model`` card with its values still to be evaluated."""
+    """A ``.model`` card with its values still to be evaluated.
+
+    ``base`` is the model whose parameters it has besides (``ako:``).
+    """
 
     name: str
     type: str
     span: Span
     params: dict[str, ParamText]
+    base: str = ""
 
 
 @dataclass(slots=True)

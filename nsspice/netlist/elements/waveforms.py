@@ -8,6 +8,8 @@ ARGUMENTS: dict[str, tuple[tuple[str, ...], int]] = {
     "pulse": (("v1", "v2", "td", "tr", "tf", "pw", "per", "np"), 2),
     "exp": (("v1", "v2", "td1", "tau1", "td2", "tau2"), 2),
     "sffm": (("offset", "amplitude", "fc", "mdi", "fs", "phasec", "phases"), 2),
+    "trnoise": (("na", "nt", "nalpha", "namp", "rtsam", "rtscapt", "rtsemt"), 2),
+    "trrandom": (("type", "ts", "td", "param1", "param2"), 2),
     "am": (("amplitude", "offset", "mf", "fc", "td", "phasec", "phases"), 2),
 }
 KINDS = (*ARGUMENTS, "pwl")

@@ -12,7 +12,7 @@ from ..elements.template import Formula
 from ..expressions.evaluate import fold
 from ..expressions.expression_parser import resolve, unknown_function
 from ..expressions.functions import ARITY, CONSTANTS
-from ..expressions.node import Node, TooLarge, num, var
+from ..expressions.node import Node, TooLarge, add, mul, num, var
 from ..findings import Unreadable
 from .draws import NAMES
 
@@ -24,6 +24,8 @@ _MAX_DEPTH = 150
 #: functions that call each other twice need time that doubles with each of them
 _MAX_CALLS = 50_000
 NOTHING: Mapping[str, Node] = {}
+#: Boltzmann's constant over the charge of an electron [V/K]
+_BOLTZMANN = 1.380649e-23 / 1.602176634e-19
 _NO_AC = {"hertz", "freq", "frequency", "omega"}
 
 
@@ -112,6 +114,8 @@ class _Binder:
             return var("temper")
         if word in CONSTANTS:
             return num(CONSTANTS[word])
+        if word == "vt":  # PSpice's thermal voltage
+            return mul((num(_BOLTZMANN), add((var("temper"), num(273.15)))))
         known = [*scope.known("params"), *scope.known("fixed"), "time", "temper"]
         hint = suggest(word, known) or f"define it with .param {word[:60]}=..."
         if word in _NO_AC:

@@ -68,6 +68,24 @@ def _equality(line: Line) -> Line:
     return line if raw == line.raw else Line(raw, line.file, line.number, line.source, line.pieces)
 
 
+def _texts(entry: Line | Definition | Conditional) -> list[object]:
+    """Return the lines of an entry without blanks, to compare it with another."""
+    if isinstance(entry, Line):
+        return [" ".join(entry.text.split())]
+    if isinstance(entry, Definition):
+        return [_texts(entry.header), *map(_texts, entry.block.entries)]
+    return [[_texts(line), *map(_texts, block.entries)] for line, block in entry.branches]
+
+
+def _content(model: ModelTemplate) -> list[object]:
+    """Return the values of a card, to compare it with another."""
+    texts = [
+        (key, p.value.text if isinstance(p.value, Formula) else p.value)
+        for key, p in sorted(model.params.items())
+    ]
+    return [model.type, model.base, texts]
+
+
 class BodyReader:
     """Turns blocks into bodies.
 
@@ -126,6 +144,10 @@ class BodyReader:
         if before is not None:
             message = f"subcircuit {header.name} is defined twice"
             hint = f"the other one is on line {before.header.span.line}"
+            if _texts(entry) == _texts(Definition(before.header.line, before.block)):
+                message = f"subcircuit {header.name} is defined twice, with the same text"
+                self._findings.warning("NS1006", message, header.span, hint)
+                return
             self._findings.error("NS1006", message, header.span, hint)
             return
         body.subcircuits[header.name] = Subcircuit(header, entry.block)
@@ -173,6 +195,10 @@ class BodyReader:
             if known is not None:
                 message = f"model {found.name} is defined twice"
                 hint = f"the other one is on line {known.span.line}"
+                if _content(found) == _content(known):
+                    message = f"model {found.name} is defined twice, with the same values"
+                    self._findings.warning("NS1061", message, found.span, hint)
+                    return
                 self._findings.error("NS1061", message, found.span, hint)
                 return
             body.models[found.name] = found

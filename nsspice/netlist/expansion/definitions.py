@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from ...errors import Span
-from ..elements.reading import Reader, assignments, flat, key_of
+from ..elements.reading import Reader, assignments, closed_once, flat, key_of
 from ..elements.template import Formula, FunctionTemplate, ModelTemplate, ParamText
 from ..elements.terminals import GROUND
 from ..expressions.node import num
@@ -17,7 +17,9 @@ from ..text.statement import Item, items
 _RESERVED = {"time", "temper", "hertz"}
 #: PSpice's lateral PNP: every PNP is lateral here, unless SUBS=1
 _SAME_TYPES = {"lpnp": "pnp"}
-_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|\{[^}]*\}")
+_TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "lpnp", "vdmos", "sw", "csw"])
+#: .model D1 D {Ron=1m}: braces in the place of parentheses, all on their own
+_BRACES = re.compile(r"^(\s*\.model\s+\S+\s+\w+\s*)\{([^{}]*)\}\s*$", re.IGNORECASE)
 _FUNCTION = re.compile(
     r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
 )
@@ -73,18 +75,22 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
     """Read ``.model name type(par=value ... word)``, with or without parentheses."""
     pairs: list[Item] = []
     words: list[Item] = []
-    for item in flat(items(_closed_once(reader, line))):
+    for item in flat(items(closed_once(reader.findings, _bracketed(line)))):
         (pairs if item.kind == "pair" else words).append(item)
     hint = "write .model name type(parameter=value ...)"
     if len(words) < 3 or words[1].kind != "word" or words[2].kind != "word":
         raise Unreadable("NS1080", ".model needs a name and a type", line.whole(), hint)
     name, kind = words[1].text, words[2].text
     where = line.span(words[1].start, words[1].end)
-    if kind.startswith("ako:"):
-        raise Unreadable("NS1002", f"model {name}: ako: is not supported", where,
-                         "copy the parameters of the other model")  # fmt: skip
+    base = ""
+    if kind.startswith("ako:"):  # a kind of another model, whose type may be said once more
+        base = kind[4:]
+        if not base and len(words) > 3:  # ako: name
+            base = words.pop(3).text
+        kind = words.pop(3).text if len(words) > 3 and words[3].text in _TYPES else ""
     kind = _SAME_TYPES.get(kind, kind)
     params: dict[str, ParamText] = {}
+    _pair_up(words, pairs)
     for item in words[3:]:  # bare words such as ideal are switches that are on
         if item.kind != "word" or not re.fullmatch(r"[^\W\d]\w*", item.text):
             at = line.span(item.start, item.end)
@@ -98,30 +104,28 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
             at = line.span(pair.start, pair.end)
             raise Unreadable("NS1014", f"model {name}: parameter {key} is given twice", at)
         params[key] = reader.param(line, pair)
-    return ModelTemplate(name, kind, where, params)
+    return ModelTemplate(name, kind, where, params, base)
 
 
-def _closed_once(reader: Reader, line: Line) -> Line:
-    """Return a line with one closing parenthesis at its end for each that is open.
-
-    SPICE reads over those too many and those missing there, which nothing else can be meant by.
-    """
-    raw = line.raw.rstrip()
-    where = line.span(len(raw) - 1, len(raw))
-    bare = _QUOTED.sub("", raw)
-    surplus = bare.count(")") - bare.count("(")
-    if surplus == 0:
+def _bracketed(line: Line) -> Line:
+    """Return a line with parentheses for the braces around all parameters of a model."""
+    raw = _BRACES.sub(r"\1(\2)", line.raw.rstrip())
+    if raw == line.raw.rstrip():
         return line
-    message, hint = "the closing parenthesis is missing here", "add it"
-    if surplus > 0:
-        message, hint = "a surplus closing parenthesis is ignored", "remove it"
-    while surplus > 0 and raw.endswith(")"):
-        raw, surplus = raw[:-1].rstrip(), surplus - 1
-    if surplus > 0:  # it is elsewhere
-        return line
-    raw += ")" * -surplus
-    reader.findings.warning("NS1003", message, where, hint)
     return Line(raw, line.file, line.number, line.source, line.pieces)
+
+
+def _pair_up(words: list[Item], pairs: list[Item]) -> None:
+    """Take a number after a word for its value: SW(RON 0.001)."""
+    kept: list[Item] = []
+    for value in words[3:]:
+        number = value.kind == "expr" or (value.kind == "word" and value.text[0] in "+-.0123456789")
+        if number and kept and kept[-1].kind == "word" and kept[-1].text[0].isalpha():
+            key = kept.pop()
+            pairs.append(Item("pair", key.text, key.start, value.end, (key, value)))
+        else:
+            kept.append(value)
+    words[3:] = kept
 
 
 class Header:

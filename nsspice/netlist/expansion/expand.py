@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from ...element_kinds import KINDS
 from ...errors import Span, suggest
@@ -21,6 +22,8 @@ from .scope import Scope
 
 #: elements of an expanded deck; more would not fit into memory anyway
 MAX_ELEMENTS = 1_000_000
+#: equal instances of one X line
+MAX_MULTIPLE = 100
 #: subcircuits within subcircuits
 MAX_NESTING = 50
 #: model types whose standard values are a usable device
@@ -216,6 +219,15 @@ class Expander:
     ) -> None:
         """Unfold one X line."""
         self._claim(scope.prefix + item.name, item.name, item.span)
+        count = self._multiple(scope, item)
+        if count != 1:
+            single = {key: text for key, text in item.params.items() if key != "m"}
+            for k in range(count):
+                name = item.name if k == 0 else f"{item.name}#{k + 1}"
+                if k == 0:
+                    del self.places[scope.prefix + name]
+                self._instance(scope, replace(item, name=name, params=single), active)
+            return
         found = scope.subcircuit(item.subcircuit)
         if found is None:
             hint = suggest(item.subcircuit, scope.known("subcircuits"))
@@ -258,6 +270,18 @@ class Expander:
         self._pass(scope, inner, item, target)
         self.expand(inner, self.choose(inner, target.body), (*active, target))
 
+    def _multiple(self, scope: Scope, item: InstanceTemplate) -> int:
+        """Return how many equal instances stand for an X line: its m=, unless that is declared."""
+        given = item.params.get("m")
+        found = scope.subcircuit(item.subcircuit)
+        if given is None or found is None or "m" in found[0].header.params:
+            return 1
+        value = scope.param("m", given).value
+        if isinstance(value, float) and value == int(value) and 1 <= value <= MAX_MULTIPLE:
+            return int(value)
+        message = f"{item.name}: m= of an X line must be a whole number from 1 to {MAX_MULTIPLE}"
+        raise Unreadable("NS1014", message, given.span, "write the instance several times")
+
     def _pass(self, scope: Scope, inner: Scope, item: InstanceTemplate, target: Subcircuit) -> None:
         """Give an instance its parameters: the X line's values, then the defaults."""
         header = target.header
@@ -265,10 +289,7 @@ class Expander:
         for name, given in item.params.items():
             if name not in header.params:
                 if name == "m":
-                    if scope.param(name, given).value == 1.0:  # schematic editors write it
-                        continue
-                    message = f"{item.name}: m= on an X line is not supported"
-                    raise Unreadable("NS1014", message, given.span, "write the instance m times")
+                    continue
                 hint = suggest(name, header.params)
                 known = ", ".join(header.params)
                 hint = hint or (f"known: {known}" if known else "declare it on the .subckt line")

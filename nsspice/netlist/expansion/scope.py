@@ -7,7 +7,7 @@ which it is *defined*.  Parameters are evaluated when asked for, so their order 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ...errors import Span, suggest
 from ..deck import Grid, Model, Param
@@ -66,6 +66,8 @@ class Scope:
         self.models: dict[str, ModelTemplate] = {}
         self.subcircuits: dict[str, Subcircuit] = {}
         self.used_temper = False
+        #: gives the cards of standard parts; of the deck's own scope
+        self.parts: Callable[[str], ModelTemplate | None] | None = None
         self._failed: dict[str, Unreadable] = {}
         self._nodes = nodes
         self._globals = globals_
@@ -285,13 +287,30 @@ class Scope:
             if name in scope.models:
                 card = scope.models[name]
                 params = {key: scope.param(key, text) for key, text in card.params.items()}
-                made = Model(name, card.type, params, card.span)
+                kind = card.type
+                if card.base:
+                    base = scope.model(card.base) if card.base != name else None
+                    if base is None:
+                        message = f"model {name}: there is no model {card.base}"
+                        hint = suggest(card.base, self.known("models"))
+                        raise Unreadable("NS1060", message, card.span, hint, card.base)
+                    params, kind = {**base.params, **params}, kind or base.type
+                made = Model(name, kind, params, card.span)
                 scope._made[name] = made
                 if card.type in _NAMING:
                     made.models.update(scope.named_models(card.params))
                 return made
+            if scope.parent is None:
+                return scope.standard(name)
             scope = scope.parent
         return None
+
+    def standard(self, name: str) -> Model | None:
+        """Return the card of a standard part, which the deck does not bring itself."""
+        if self.parts is None or (card := self.parts(name)) is None:
+            return None
+        self.models[name] = card
+        return self.model(name)
 
     def named_models(self, params: Mapping[str, ParamText]) -> dict[str, Model]:
         """Return the model cards that parameters of a transistor name.

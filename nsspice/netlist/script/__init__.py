@@ -1,5 +1,5 @@
 """``.control`` blocks: ngspice's programs, unrolled into runs before anything is computed.
 
-Read ``commands`` (lines to statements), ``variables`` (what names stand for), ``alteration`` (what
-``alter`` changes), ``plan`` (the walk).  Imports all other rooms of the netlist.
+Read ``commands`` (lines to statements), ``variables`` (what names stand for), ``plan``
+(the walk).  Imports all other rooms of the netlist.
 """

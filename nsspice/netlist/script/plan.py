@@ -11,13 +11,13 @@ import re
 from collections.abc import Callable
 
 from ...errors import Span
+from ..alteration import check, parts, temperature
 from ..cards.control import PROGRAM, CardReader
 from ..deck import Alteration, Analysis, Deck, Measure, Run, Signal, kind_of
 from ..expressions.expression import Expression
 from ..expressions.node import Node, var
 from ..findings import Findings, Unreadable
 from ..text.script import Command, Script, as_command
-from .alteration import check, parts, temperature
 from .commands import Branch, Loop, Statement, statements, word_of
 from .variables import Opaque, Variables
 

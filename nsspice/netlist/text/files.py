@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...errors import Span, suggest
+from ...errors import Diagnostic, Span, suggest
 from ..findings import Findings
 from .lines import Line, logical_lines, physical_lines
 from .script import Script
@@ -25,6 +25,12 @@ _CATALOGUE = re.compile(
     r"|(?<![^\s\"'])(?:nom\.lib|standard\.(?:dio|bjt|mos|jft|cap|ind|res|bead))\b",
     re.IGNORECASE,
 )
+#: endings of files with models and subcircuits only
+_LIBRARIES = frozenset(
+    [".lib", ".sub", ".mod", ".model", ".models", ".mdl", ".dio", ".bjt", ".mos"]
+)
+#: the points of a source in a file of two columns
+_POINTS = re.compile(r"\bpwl\s*\(?\s*file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)\s*\)?")
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 
 
@@ -107,6 +113,8 @@ class FileReader:
                     opener = ".lib" if card == "endl" else ".control"
                     self._findings.error("NS1044", f".{card} without {opener}", line.whole())
                     continue
+            elif "file" in line.text and (found := _POINTS.search(line.text)):
+                line = self._with_points(line, found, directory)
             self._count += 1
             if self._count > MAX_LINES:
                 if self._count == MAX_LINES + 1:
@@ -170,6 +178,11 @@ class FileReader:
             hint = "copy the models you need from it into the netlist"
             self._findings.warning("NS1053", message, where, hint)
             return
+        if _is_library(name, library) and not _exists(path):
+            message = f"library {name} does not exist"
+            hint = f"looked for {path}; copy the models you need into the netlist"
+            self._findings.absent.append(Diagnostic("NS1050", message, where, hint))
+            return
         rows = self._open(path, name, where, stack)
         if rows is None:
             self._findings.incomplete = True
@@ -182,6 +195,17 @@ class FileReader:
                 return
             lines = section
         yield from self._lines(lines, path.parent, [*stack, path.resolve()])
+
+    def _with_points(self, line: Line, found: re.Match[str], directory: Path) -> Line:
+        """Return a source line with the points of a file in the place of ``file=name``."""
+        start, end = found.span(1)
+        name = line.raw[start:end].strip("\"'")
+        rows = self._open(directory / name.replace("\\", "/"), name, line.span(start, end), [])
+        points = " ".join(row.replace(",", " ") for row in rows or [])
+        if rows is None or not points.strip():
+            return line
+        raw = f"{line.raw[: found.start()]}pwl({points}){line.raw[found.end() :]}"
+        return Line(raw, line.file, line.number, line.source)
 
     def _open(self, path: Path, name: str, where: Span, stack: list[Path]) -> list[str] | None:
         """Return the rows of an included file; None after a finding."""
@@ -242,6 +266,19 @@ class FileReader:
         message = f"library {name} has no section {section}"
         self._findings.error("NS1052", message, line.span(start, start + len(section)), hint)
         return None
+
+
+def _is_library(name: str, library: bool) -> bool:
+    """Return whether a file holds models: what else it may hold changes no deck silently."""
+    return library or Path(name.replace("\\", "/")).suffix.lower() in _LIBRARIES
+
+
+def _exists(path: Path) -> bool:
+    """Return whether there is a file, of any kind."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return True  # what is wrong with it is said when it is opened
 
 
 def _arguments(line: Line) -> list[tuple[str, int]]:

@@ -96,6 +96,7 @@ def without_comment(raw: str) -> str:
 
 def physical_lines(text: str) -> list[str]:
     """Split a text at line ends only (form feeds and the like do not count as lines)."""
+    text = text.rstrip("\x1a\n\r\t ") + "\n" if "\x1a" in text[-20:] else text  # DOS: Ctrl-Z
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
     return text.split("\n")

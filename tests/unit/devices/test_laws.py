@@ -177,7 +177,6 @@ def test_breakdown_resistance_defaults_to_ron():
         ("d(ron=1 epsilon=0.1)", "NS2008", "epsilon"),
         ("d(ron=1 cjo=1p)", "NS2008", "capacitor"),
         ("d(is=0)", "NS2005", "is=0"),
-        ("d(isw=1p)", "NS2008", "sidewall"),
         ("d(v=foo)", "NS2005", "V={expression of i}"),
         ("d(fc=1)", "NS2005", "fc=1 must be >= 0 and < 1"),
         ("sw(vt=1)", "NS2002", "d1"),

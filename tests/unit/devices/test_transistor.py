@@ -219,7 +219,7 @@ def test_junctions_on_the_element_line_and_ideal_ones():
 def test_wrong_transistors():
     base = "V1 c 0 1\nR1 c b 1\nQ1 c b 0 qm\n"
     assert codes(base + ".model qm d") == ["NS2002"]
-    assert codes(base + ".model qm npn(bf=-1 is=0 fc=1 vaff=3 ptf=1)") == [
+    assert codes(base + ".model qm npn(bf=-1 is=0 fc=1 vaff=3 rco=1)") == [
         *["NS2003"],
         *["NS2005"] * 3,
         "NS2008",

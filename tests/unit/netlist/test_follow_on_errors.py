@@ -65,7 +65,9 @@ def test_a_parenthesis_too_many_on_a_model_is_a_warning() -> None:
     quoted = parse_text('title\nD1 a 0 d\n.model d d(mfg="a)(b)" is={1f*(2)})\nR1 a 0 1\n')
     assert not quoted.warnings
     assert codes(".model qp npn (bf=20)) x=1", "R1 a 0 1") == ["NS1007"]
-    assert codes("V1 a 0 SIN(0 1 1k))", "R1 a 0 1") == ["NS1007"]
+    source = parse_text("title\nV1 a 0 SIN(0 1 1k))\nR1 a 0 1\n")
+    assert [w.code for w in source.warnings] == ["NS1003"]
+    assert codes("R1 a 0 {2*(1+1}", "V1 a 0 1") == ["NS1020"]
 
 
 def test_nothing_is_missed_of_a_file_that_could_not_be_included() -> None:

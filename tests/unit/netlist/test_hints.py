@@ -15,10 +15,7 @@ from nsspice.netlist import NetlistError
         ("D1 a 0 dd\n.model dd D(is=1f n=abc)", "NS2005", "expression of parameters"),
         ("D1 a 0 D", "NS1060", "add .model d d"),
         ("Q1 a b 0 NPN", "NS1060", "add .model npn npn"),
-        ("Q1 a b 0 BC547", "NS1060", "add .model bc547"),
-        (".tran 1u 1m startup uic", "NS1002", "uic to start from zero"),
-        (".tran 1u 1m steady", "NS1002", ".pss"),
-        (".temp 0 25 {t} 75", "NS1080", "write .step temp list 0 25 {t} 75"),
+        ("Q1 a b 0 BC549C", "NS1060", "add .model bc549c"),
         ("S1 a 0 c 0 s\n.model s vswitch(von=1 vhon=.6 voff=0)", "NS2008", "remove it"),
     ],
 )

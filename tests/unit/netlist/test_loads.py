@@ -56,14 +56,20 @@ def test_a_voltage_source_has_no_such_table() -> None:
         parse_text("t\nV1 a 0 TBL(0 0 2 1)\nR1 a 0 1\n")
 
 
-@pytest.mark.parametrize("written", ["100u load", "load 100u", "PWL(0 0 1 1) load"])
-def test_load_is_named(written: str) -> None:
+@pytest.mark.parametrize("written", ["100u load", "load 100u"])
+def test_a_load_takes_power_only(written: str) -> None:
+    """Constant above 0.5 V, proportional to the voltage below, nothing of a reverse voltage."""
+    for volts, current in ((5.0, 100e-6), (0.25, 50e-6), (-1.0, 0.0)):
+        text = f"t\nV1 a 0 {volts}\nI1 a 0 {written}\n.op\n"
+        assert float(read(text).run()[0]["i(v1)"][0]) == pytest.approx(-current, rel=1e-12)
+        assert [w.code for w in parse_text(text).warnings] == ["NS1097"]
+
+
+def test_a_load_with_a_waveform_is_refused() -> None:
     with pytest.raises(NetlistError) as caught:
-        parse_text(f"t\nV1 a 0 1\nI1 a 0 {written}\n")
+        parse_text("t\nV1 a 0 1\nI1 a 0 PWL(0 0 1 1) load\n")
     (finding,) = caught.value.diagnostics
     assert finding.code == "NS1002"
-    assert "i1: load, a current that stops when its voltage" in finding.message
-    assert "i1 a 0 TBL(0 0 0.5 1m)" in finding.hint
 
 
 @pytest.mark.parametrize("line", ["I1 a 0 TBL(0 0 2 1)", "R1 a 0 R={1k+v(a)}", "C1 a 0 Q={x**3}"])

@@ -69,10 +69,15 @@ def test_the_catalogue_of_pspice_may_be_missing(written: str) -> None:
     assert [w.code for w in found.warnings] == ["NS1053"]
 
 
-def test_other_libraries_may_not_be_missing() -> None:
-    with pytest.raises(NetlistError) as caught:
-        deck("V1 a 0 1", "R1 a 0 1", ".lib mynom.lib")
-    assert [d.code for d in caught.value.diagnostics] == ["NS1050"]
+def test_libraries_may_be_missing_if_nothing_of_them_is() -> None:
+    found = deck("V1 a 0 1", "R1 a 0 1", ".lib mynom.lib", ".inc opamp.sub")
+    assert [w.code for w in found.warnings] == ["NS1053", "NS1053"]
+    for line in ("X1 a 0 amp", "D1 a 0 mine", "R2 a 0 {load}", "F1 a 0 vsense 2", ".ic v(b)=1"):
+        with pytest.raises(NetlistError) as caught:
+            deck("V1 a 0 1", "R1 a 0 1", ".lib mynom.lib", line)
+        assert [d.code for d in caught.value.diagnostics] == ["NS1050"], line
+    with pytest.raises(NetlistError):
+        deck("V1 a 0 1", "R1 a 0 1", ".include settings.inc")
 
 
 def test_paths_of_windows(tmp_path: Path) -> None:
@@ -86,8 +91,13 @@ def test_paths_of_windows(tmp_path: Path) -> None:
 def test_one_instance_is_one() -> None:
     lines = ("V1 a 0 1", ".subckt load p\nR1 p 0 1k\n.ends")
     assert len(deck(*lines, "X1 a load m=1").elements) == 2
-    with pytest.raises(NetlistError):
-        deck(*lines, "X1 a load m=2")
+    twice = deck(*lines, "X1 a load m=2")
+    assert [e.name for e in twice.elements] == ["v1", "x1.r1", "x1#2.r1"]
+    for m in ("1.5", "0", "101"):
+        with pytest.raises(NetlistError):
+            deck(*lines, f"X1 a load m={m}")
+    own = deck("V1 a 0 1", ".subckt load p m=3\nR1 p 0 {m}\n.ends", "X1 a load m=2")
+    assert own.elements[1].value == 2.0
 
 
 def test_probe64() -> None:

@@ -158,12 +158,13 @@ def test_instance_mistakes() -> None:
     assert codes("X1 in cell", *SUB) == ["NS1041"]
     assert codes("X1 in 0 cel", *SUB) == ["NS1040"]
     assert codes("X1 in 0 cell rr=1", *SUB) == ["NS1014"]
-    assert codes("X1 in 0 cell m=2", *SUB) == ["NS1014"]
     assert codes("X1 in 0 cell r=hello", *SUB) == ["NS1010"]
     assert codes("X1 a b s", ".subckt s a b", "R1 a b 1") == ["NS1044"]
     assert codes("R1 a b 1", ".ends") == ["NS1044"]
     assert codes("R1 a b 1", ".subckt s a a", "R1 a a 1", ".ends") == ["NS1080"]
     assert codes("R1 a b 1", ".subckt s a", ".ends", ".subckt s b", ".ends") == ["NS1006"]
+    same = deck("R1 a b 1", *2 * (".subckt s a", "R1 a 0 1", ".ends"))
+    assert [w.code for w in same.warnings] == ["NS1006"]
     assert codes("X1 a s", ".subckt s a", "X1 a t", ".ends", ".subckt t a", "X1 a s", ".ends") == [
         "NS1042"
     ]
@@ -185,9 +186,18 @@ def test_models() -> None:
     assert deck("D1 a 0 x", ".model x D()").elements[0].model.params == {}
     assert deck("D1 a 0 x", ".model x D is=1e-14 n=1").elements[0].model.params["n"].value == 1.0
     assert deck("D1 a 0 x", ".model x D(v={i*2})").elements[0].model.params["v"].value.text == "i*2"
-    assert codes("D1 a 0 x", ".model x D", ".model x D") == ["NS1061"]
+    assert codes("D1 a 0 x", ".model x D", ".model x D(is=1f)") == ["NS1061"]
+    assert [w.code for w in deck("D1 a 0 x", ".model x D(n=2)", ".model X d n=2").warnings] == [
+        "NS1061"
+    ]
     assert codes("R1 a 0 1", ".model x") == ["NS1080"]
-    assert codes("R1 a 0 1", ".model x ako:y D(is=1)") == ["NS1002"]
+    assert codes("D1 a 0 x", ".model x ako:y D(is=1)") == ["NS1060"]
+    for card in (".model x ako:y D(n=2)", ".model x ako:y (n=2)", ".model x ako: y n=2"):
+        params = deck("D1 a 0 x", card, ".model y D(is=1f n=1)").elements[0].model.params
+        assert {k: p.value for k, p in params.items()} == {"is": 1e-15, "n": 2.0}
+    for card in (".model x D(Ron 1m Vfwd 0.7)", ".model x D {Ron=1m Vfwd=0.7}"):
+        params = deck("D1 a 0 x", card).elements[0].model.params
+        assert {k: p.value for k, p in params.items()} == {"ron": 1e-3, "vfwd": 0.7}
 
 
 @pytest.mark.parametrize(("k", "value"), [(1, 1.0), (2, 2.0), (3, 3.0)])
@@ -233,7 +243,7 @@ def test_the_catalogue_that_ltspice_names(path: str) -> None:
     found = deck("D1 a 0 dm", ".model D D", f".lib {path}", ".model dm D(is=1f)")
     assert [(w.code, w.span.column) for w in found.warnings] == [("NS1053", 6 + (path[0] == '"'))]
     with pytest.raises(NetlistError) as caught:
-        deck("R1 a 0 1", ".lib D:\\cmp\\standard.dio")
+        deck("D1 a 0 dm", ".lib D:\\cmp\\standard.dio")
     assert caught.value.code == "NS1050"
 
 

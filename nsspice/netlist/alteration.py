@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable
 from dataclasses import replace
 
-from ...errors import Span
-from ..deck import Alteration, Deck, Element, Model, Param, Source
-from ..findings import Unreadable
-from ..text.script import Command
+from ..errors import Span
+from .deck import Alteration, Deck, Element, Model, Param, Source
+from .findings import Unreadable
+from .text.script import Command
 
 #: alter @r1[resistance] = 2k, alter r1 resistance = 2k, alter r1 = 2k
 _FORM = re.compile(
