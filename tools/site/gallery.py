@@ -27,6 +27,7 @@ HEADINGS = {
     "basics": "Basics: one idea each",
     "rectifiers": "Rectifiers, clamps and multipliers",
     "converters": "Switching converters",
+    "control": "Control",
     "steady": "Periodic steady states",
     "smooth": "Rectifiers with SPICE's smooth diodes",
     "bipolar": "Bipolar transistors",

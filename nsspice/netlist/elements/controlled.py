@@ -30,9 +30,13 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
     quantity = "v" if result.letter in "eh" else "i"
     word = _keyword(terminals, result.letter)
     keys = {pair.text for pair in terminals.pairs}
+    if "laplace" in keys | {word} and result.letter in "eg":
+        from .transfer import transfer
+
+        return transfer(reader, line, result, terminals)
     if {"laplace", "freq"} & (keys | {word}):
-        message = f"{result.name}: transfer functions of s are not simulated"
-        hint = "build the filter from R, C and controlled sources"
+        message = f"{result.name}: a table of frequencies is not simulated"
+        hint = "write its quotient of polynomials: E1 a b LAPLACE {v(in)} = {1/(1 + 1m*s)}"
         raise Unreadable("NS1002", message, result.span, hint)
     if word == "poly":
         terminals.next()

@@ -86,8 +86,8 @@ class SourceTemplate:
 class Template:
     """One element line; names are local to the subcircuit, see ``deck.Element``.
 
-    ``control_kind`` says whether ``controls`` are nodes or elements; ``fixed`` that no formula has
-    to be evaluated.
+    ``control_kind`` says whether ``controls`` are nodes or elements; ``transfer`` is a function of
+    s between the value, which is its input, and the output.
     """
 
     name: str
@@ -99,6 +99,7 @@ class Template:
     control_kind: str = ""
     value: Value | None = None
     quantity: str = ""
+    transfer: Formula | None = None
     model: str = ""
     model_span: Span | None = None
     source: SourceTemplate | None = None

@@ -9,16 +9,18 @@ from ...element_kinds import KINDS
 from ...errors import Span, suggest
 from ..deck import Element, Source
 from ..elements.parasitics import taken_apart
-from ..elements.template import InstanceTemplate, SourceTemplate, Template
+from ..elements.template import Formula, InstanceTemplate, SourceTemplate, Template
 from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
-from ..expressions.node import Node, var
+from ..expressions.node import Node, num, var
 from ..findings import Findings, Unreadable
 from ..text.lines import Line
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
 from .repetition import Repetition, written_out
 from .scope import Scope
+from .transfer import NoRational, rational
+from .transfer import taken_apart as states_of
 
 #: elements of an expanded deck; more would not fit into memory anyway
 MAX_ELEMENTS = 1_000_000
@@ -122,6 +124,9 @@ class Expander:
         """Build one element."""
         name = scope.prefix + item.name
         self._claim(name, item.name, item.span)
+        if item.transfer is not None:
+            self._transfer(scope, item, item.transfer)
+            return
         given = item.value
         nodes, controls = item.nodes, item.controls
         if scope.prefix:
@@ -169,6 +174,26 @@ class Expander:
         if item.control_kind == "element":
             spans = item.node_spans[len(nodes) :]
             self._controlled.append((element, spans, scope.prefix))
+
+    def _transfer(self, scope: Scope, item: Template, function: Formula) -> None:
+        """Build the states of a transfer function."""
+        assert item.value is not None
+        drive = item.value.node if isinstance(item.value, Formula) else num(item.value)
+        if isinstance(item.value, Formula):
+            drive = scope.bind(item.value)
+        tree = scope.bind(function, local={"s": var("s")})
+        try:
+            top, bottom = rational(tree)
+        except NoRational as why:
+            message = f"{item.name}: {why}"
+            hint = "only quotients of polynomials of s are simulated"
+            raise Unreadable("NS1002", message, function.span, hint) from None
+        nodes = tuple(scope.node(node) for node in item.nodes)
+        whole = Element(scope.prefix + item.name, item.letter, nodes, item.span)
+        for part in states_of(whole, drive, top, bottom, function.span):
+            if part.name != whole.name:
+                self._claim(part.name, part.name[len(scope.prefix) :], part.span)
+            self.elements.append(part)
 
     @staticmethod
     def _plain(item: Template) -> str:

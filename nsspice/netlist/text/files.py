@@ -25,6 +25,8 @@ _CATALOGUE = re.compile(
     r"|(?<![^\s\"'])(?:nom\.lib|standard\.(?:dio|bjt|mos|jft|cap|ind|res|bead))\b",
     re.IGNORECASE,
 )
+#: libraries that come with nsspice
+_OWN = {"control": Path(__file__).parents[2] / "library" / "control.lib"}
 #: endings of files with models and subcircuits only
 _LIBRARIES = frozenset(
     [".lib", ".sub", ".mod", ".model", ".models", ".mdl", ".dio", ".bjt", ".mos"]
@@ -178,6 +180,8 @@ class FileReader:
             hint = "copy the models you need from it into the netlist"
             self._findings.warning("NS1053", message, where, hint)
             return
+        if library and name.lower() in _OWN and len(words) == 1 and not path.is_file():
+            path = _OWN[name.lower()]
         if _is_library(name, library) and not _exists(path):
             message = f"library {name} does not exist"
             hint = f"looked for {path}; copy the models you need into the netlist"
@@ -211,7 +215,8 @@ class FileReader:
         """Return the rows of an included file; None after a finding."""
         try:
             real = path.resolve()
-            if self._confined is not None and not real.is_relative_to(self._confined):
+            own = path in _OWN.values()
+            if self._confined is not None and not own and not real.is_relative_to(self._confined):
                 message = f"file {name} is outside the netlist's folder"
                 hint = "this run is confined to that folder: copy the file into it"
                 self._findings.error("NS1054", message, where, hint)

@@ -62,7 +62,7 @@ def test_a_bare_catalogue_is_a_note():
         deck = parse_text(f"t\nV1 a 0 1\nR1 a 0 1\n{card}\n.op\n")
         assert [w.code for w in deck.warnings] == ["NS1053"], card
     with pytest.raises(nsspice.NetlistError):
-        parse_text("t\nV1 a 0 1\nR1 a 0 1\n.lib my_standard.dio\n.op\n")
+        parse_text("t\nV1 a 0 1\nD1 a 0 mine\n.lib my_standard.dio\n.op\n")
 
 
 def test_zero_has_no_sign():
