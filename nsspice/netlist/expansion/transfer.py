@@ -3,10 +3,11 @@
 With ``s = w p`` and H(p) = (b0 + ... + bn p^n)/(a0 + ... + an p^n) the states x1 ... xn of the
 controllable form are voltages of capacitors 1/w:
 
-    x1' = w x2, ..., xn' = w (u - a0 x1 - ... - a(n-1) xn)/an
+    x1' = w x2, ..., xn' = w (u - a0 x1 - ... - a(n-1) xn)
     y = b0 x1 + ... + b(n-1) xn + bn xn'/w
 
-``w`` makes |a0| and |an| equal, so that rates between 1e-6 and 1e9 1/s make no large ratios.
+with an = 1; ``w`` makes |a0| 1 as well, so that rates between 1e-6 and 1e9 1/s make no large
+ratios.
 Numerator and denominator are polynomials as lists, the constant first.
 """
 
@@ -144,10 +145,11 @@ def taken_apart(
         message = f"{element.name}: a denominator of order {order} is higher than {MAX_ORDER}"
         raise Unreadable("NS1023", message, span, "write it as a chain of two sources")
     rate = _rate(a)
-    a = [c * rate**k for k, c in enumerate(a)]
-    b = [c * rate**k for k, c in enumerate(b)] + [0.0] * (len(a) - len(b))
+    unit = a[-1] * rate**order  # common factors of both are of no meaning
+    a = [c * rate**k / unit for k, c in enumerate(a)]
+    b = [c * rate**k / unit for k, c in enumerate(b)] + [0.0] * (len(a) - len(b))
     states = [f"{element.name}#x{k + 1}" for k in range(order)]
-    last = b[-1] / a[-1]
+    last = b[-1]
     rows = [(b[k] - last * a[k], states[k]) for k in range(order)]
     output = _combination(rows, last, drive)
     quantity = "v" if element.letter == "e" else "i"
@@ -156,8 +158,8 @@ def taken_apart(
         if k + 1 < order:
             flow = var(f"v({states[k + 1]})")
         else:
-            rows = [(-a[i] / a[-1], states[i]) for i in range(order)]
-            flow = _combination(rows, 1.0 / a[-1], drive)
+            rows = [(-a[i], states[i]) for i in range(order)]
+            flow = _combination(rows, 1.0, drive)
         name = f"{element.name}.x{k + 1}"
         made.append(_with(element, f"{name}.c", "c", (state, "0"), 1.0 / rate, ""))
         made.append(_with(element, f"{name}.b", "b", ("0", state), flow, "i"))

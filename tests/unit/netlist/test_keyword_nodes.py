@@ -58,9 +58,14 @@ def test_forms_are_read_as_before(form: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "form", ["FREQ {V(in)} = (1,0,0) (1k,-3,90)", "LAPLACE {V(in)} = {1/(1+s)}", "laplace"]
+    ("form", "code"),
+    [
+        ("FREQ {V(in)} = (1,0,0) (1k,-3,90)", "NS1002"),
+        ("LAPLACE {V(in)} = {exp(-s)}", "NS1002"),
+        ("laplace", "NS1080"),
+    ],
 )
-def test_transfer_functions_are_still_named(form: str) -> None:
+def test_transfer_functions_are_still_named(form: str, code: str) -> None:
     with pytest.raises(NetlistError) as caught:
-        deck(f"E1 a 0 {form}", "R2 a 0 1")
-    assert [d.code for d in caught.value.diagnostics] == ["NS1002"]
+        deck("V1 in 0 1", f"E1 a 0 {form}", "R2 a 0 1")
+    assert [d.code for d in caught.value.diagnostics] == [code]
