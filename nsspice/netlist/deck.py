@@ -199,7 +199,8 @@ class Cond:
     """A condition on a waveform: ``signal = value`` at the n-th crossing.
 
     ``other`` is set instead of ``value`` for ``WHEN v(a)=v(b)``; ``edge`` is ``rise fall cross``;
-    ``index`` counts from 1, 0 stands for LAST; ``at`` fixes a time instead of a crossing.
+    ``index`` counts from 1, 0 stands for LAST; ``at`` fixes a time instead of a crossing.  ``late``
+    holds values that are expressions of earlier measures, by field.
     """
 
     signal: Expression | None = None
@@ -209,6 +210,7 @@ class Cond:
     index: int = 1
     delay: float = 0.0
     at: float | None = None
+    late: tuple[tuple[str, Expression], ...] = ()
 
 
 class Measure(NamedTuple):
@@ -218,7 +220,7 @@ class Measure(NamedTuple):
     min_at deriv param``.  ``expression`` is the measured quantity (any combination of signals),
     ``start`` and ``stop`` bound the window, ``first``/``second`` are TRIG/TARG or WHEN; those of a
     statistic are the ends of its window.  ``runs`` are the numbers of the ``Deck.runs`` that it
-    belongs to, None for all runs of its analysis.
+    belongs to, None for all runs of its analysis; ``late`` is that of ``Cond``.
     """
 
     name: str
@@ -232,6 +234,7 @@ class Measure(NamedTuple):
     stop: float | None = None
     at: float | None = None
     runs: tuple[int, ...] | None = None
+    late: tuple[tuple[str, Expression], ...] = ()
 
     @property
     def conditions(self) -> list[Cond]:

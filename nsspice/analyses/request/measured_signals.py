@@ -24,8 +24,9 @@ def measured_signals(cards: Sequence[Measure]) -> list[str]:
             continue
         for expression in card.expressions:
             for name in expression.variables():
-                kind, _, inner = name.partition("(")
-                whole = f"{kind[0]}({inner}" if kind in COMPLEX_FORMS else name
+                kind, parenthesis, inner = name.partition("(")
+                part = parenthesis and kind in COMPLEX_FORMS
+                whole = f"{kind[0]}({inner}" if part else name
                 if whole[:2] in _SIGNALS:
                     names[canonical(whole)] = None
     return list(names)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -35,6 +35,7 @@ def evaluate_measures(solution: Solution, cards: Sequence[Measure]) -> None:
         if card.analysis != solution.analysis:
             continue
         try:
+            card = _settled(card, solution.measures)
             card = _between_events(rows, card, solution.measures)
             value = measure(rows, card, solution.measures)
             if not np.isfinite(value):
@@ -138,6 +139,24 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
             return statistics.slope(trace_of(solution, expression, earlier), x)
         return value_at(solution, expression, x, earlier)
     return statistic(solution, expression, operation, card.start, card.stop, earlier)
+
+
+def _settled(card: Measure, earlier: Mapping[str, float]) -> Measure:
+    """Return a card with the values that earlier measures give."""
+    first, second = (
+        c if c is None or not c.late else replace(c, late=(), **_values(c.late, earlier))
+        for c in (card.first, card.second)
+    )
+    return card._replace(first=first, second=second, **_values(card.late, earlier))
+
+
+def _values(late: Sequence[tuple[str, Expression]], earlier: Mapping[str, float]) -> dict[str, Any]:
+    """Return values by field."""
+    found = {name: _param(expression, earlier) for name, expression in late}
+    for name, value in found.items():
+        if not np.isfinite(value):
+            raise NotFound(f"{name} is not a finite number")
+    return found
 
 
 def _between_events(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> Measure:

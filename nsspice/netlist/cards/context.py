@@ -8,14 +8,14 @@ from collections.abc import Iterable, Mapping
 from ...errors import Span, suggest
 from ..deck import Deck
 from ..elements.reading import Reader, flat
-from ..elements.template import Value
+from ..elements.template import Formula, Value
 from ..elements.terminals import GROUND
 from ..expansion.binding import NOTHING, names
 from ..expansion.expand import Expander
 from ..expansion.scope import Scope
 from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
-from ..expressions.node import COMPLEX_FORMS, Node
+from ..expressions.node import COMPLEX_FORMS, Node, var
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.script import Command
@@ -101,13 +101,21 @@ class Context:
     def expression(self, line: Line, start: int, end: int) -> Expression:
         """Return an expression of signals."""
         given = self.reader.formula(line, start, end)
-        local = self._named(given) if self.vectors or isinstance(line, Command) else NOTHING
+        local = NOTHING if isinstance(given, float) else self.measured(given)
+        if self.vectors or isinstance(line, Command):
+            local = {**local, **self._named(given)}
         value = self.here.expression(given, local=local)
         if isinstance(value, Expression):
             return value
         from ..expressions.node import num
 
         return Expression(num(value), line.span(start, end), line.raw[start:end])
+
+    def measured(self, given: Formula) -> Mapping[str, Node]:
+        """Return the earlier measures among the names of an expression."""
+        known = {measure.name for measure in self.deck.measures}
+        found = [n for n in names(given.node) if n in known] if known else []
+        return {n: var(n) for n in found if self.here.parameter(n) is None}
 
     def _named(self, given: Value) -> Mapping[str, Node]:
         """Return what the names of a command stand for: vectors, and voltages of nodes."""
@@ -151,7 +159,9 @@ class Context:
         """
         where = expression.span
         for written in sorted(expression.variables()):
-            form, _, inner = written.partition("(")
+            form, parenthesis, inner = written.partition("(")
+            if not parenthesis:
+                continue
             name = f"{form[0]}({inner}" if form in COMPLEX_FORMS and complex_forms else written
             if form in COMPLEX_FORMS and not complex_forms:
                 message = f"{written} is part of a complex signal, which exists only in .measure ac"

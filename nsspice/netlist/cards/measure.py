@@ -8,6 +8,7 @@ from typing import Literal
 
 from ...errors import Span, suggest
 from ..deck import Cond, Measure
+from ..expansion.binding import NOTHING
 from ..expressions.expression import Expression
 from ..findings import Unreadable
 from ..text.lines import Line
@@ -33,6 +34,10 @@ _PART = re.compile(
 _PARTS = {"mag": "m", "abs": "m", "db": "db", "ph": "p", "phase": "p", "re": "r", "real": "r",
           "im": "i", "img": "i", "imag": "i"}  # fmt: skip
 _PART_OF = re.compile(rf"\b({'|'.join(_PARTS)})\s*\(\s*([vi])\s*\(([^()]*)\)\s*\)", re.IGNORECASE)
+
+
+class Late(list[tuple[str, Expression]]):
+    """Fields whose values earlier measures give."""
 
 
 @dataclass(slots=True)
@@ -180,9 +185,8 @@ class _Maker:
             self._only(parts, 1)
             if "at" not in first.named:
                 raise self._wrong(first, f"{key} needs at=time or when signal=value")
-            at = self._number(first, "at")
             name = "find_at" if operation == "find" else "deriv"
-            return self._measure(name, first, expression=expression, at=at)
+            return self._measure(name, first, expression=expression)
         if key == "when":
             self._only(parts, 1)
             return self._measure("when", first, first=self._when(first))
@@ -201,13 +205,16 @@ class _Maker:
         expression: Expression | None = None,
         first: Cond | None = None,
         second: Cond | None = None,
-        at: float | None = None,
     ) -> Measure:
-        start = self._number(part, "from") if "from" in part.named else None
-        stop = self._number(part, "to") if "to" in part.named else None
+        at = None
+        late = Late()
+        start = self._number(part, "from", late, "start") if "from" in part.named else None
+        stop = self._number(part, "to", late, "stop") if "to" in part.named else None
+        if "at" in part.named and first is None:
+            at = self._number(part, "at", late, "at")
         return Measure(
             self._name, self._analysis, operation, self._span,
-            expression, first, second, start, stop, at,
+            expression, first, second, start, stop, at, late=tuple(late),
         )  # fmt: skip
 
     def _only(self, parts: list[_Part], count: int) -> None:
@@ -274,10 +281,18 @@ class _Maker:
         tree = Formula(rebuild(value.node, look_up), self._line, start, end)
         return Expression(self._context.here.bind(tree), where, text)
 
-    def _number(self, part: _Part, key: str) -> float:
+    def _number(self, part: _Part, key: str, late: Late, name: str) -> float | None:
+        """Return a number; one that earlier measures give goes into ``late``."""
         start, end = self._bounds(*part.named[key])
         value = self._context.reader.formula(self._line, start, end)
-        return self._context.here.number(value)
+        measured = NOTHING if isinstance(value, float) else self._context.measured(value)
+        if not measured:
+            return self._context.here.number(value)
+        found = self._context.expression(self._line, start, end)
+        if not found.variables() <= measured.keys():
+            return self._context.here.number(value)  # says what is wrong
+        late.append((name, found))
+        return None
 
     def _sides(self, part: _Part) -> tuple[Expression, Expression]:
         """Return the two sides of ``when a=b``."""
@@ -295,25 +310,29 @@ class _Maker:
     def _when(self, part: _Part) -> Cond:
         left, right = self._sides(part)
         edge, index = self._crossing(part)
-        delay = self._number(part, "td") if "td" in part.named else 0.0
+        late = Late()
+        delay = self._number(part, "td", late, "delay") if "td" in part.named else 0.0
         if right.variables():
-            return Cond(left, None, right, edge, index, delay)
-        return Cond(left, float(right.evaluate({})), None, edge, index, delay)
+            return Cond(left, None, right, edge, index, delay or 0.0, late=tuple(late))
+        level = float(right.evaluate({}))
+        return Cond(left, level, None, edge, index, delay or 0.0, late=tuple(late))
 
     def _edge(self, part: _Part) -> Cond:
         """Return a trig or targ: a crossing, or ``at=``."""
+        late = Late()
         if "at" in part.named:
-            return Cond(at=self._number(part, "at"))
+            at = self._number(part, "at", late, "at")
+            return Cond(at=at, late=tuple(late))
         start, end = self._bounds(part.start, part.end)
         if "val" not in part.named and "=" in self._line.text[start:end]:
             return self._when(part)  # LTspice's trig v(a)=1
         edge, index = self._crossing(part)
-        delay = self._number(part, "td") if "td" in part.named else 0.0
+        delay = self._number(part, "td", late, "delay") if "td" in part.named else 0.0
         if "val" not in part.named:
             raise self._wrong(part, f"{part.key} needs val= or at=")
         signal = self._context.expression(self._line, start, end)
-        value = self._number(part, "val")
-        return Cond(signal, value, None, edge, index, delay)
+        value = self._number(part, "val", late, "value")
+        return Cond(signal, value, None, edge, index, delay or 0.0, late=tuple(late))
 
     def _crossing(self, part: _Part) -> tuple[Literal["rise", "fall", "cross"], int]:
         """Return which crossing counts; 0 stands for the last one."""
@@ -323,8 +342,8 @@ class _Maker:
                 start, end = self._bounds(*part.named[edge])
                 if self._line.text[start:end] == "last":
                     return edge, 0
-                value = self._number(part, edge)
-                if value < 1 or value != int(value):
+                value = self._number(part, edge, Late(), edge)
+                if value is None or value < 1 or value != int(value):
                     raise self._wrong(part, f"{edge}= needs 1, 2, 3 ... or last")
                 return edge, int(value)
         return "cross", 1

@@ -9,8 +9,9 @@ from ...lazy import resolve
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item, items
+from .code_model import code_model
 from .reading import Reader, closed_once, flat
-from .template import InstanceTemplate, Template
+from .template import CodeTemplate, InstanceTemplate, Template
 from .terminals import GROUND
 
 #: the charge of a capacitor or the flux of an inductor as an expression
@@ -18,7 +19,6 @@ _LAW = re.compile(r"[\s,)](q|flux)\s*=")
 
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
-    "a": ("XSPICE code model", "write the function as a B element; an ideal diode is D(ideal)"),
     "n": ("Verilog-A device", "write the function as a B element"),
     "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),
@@ -28,7 +28,7 @@ _UNSUPPORTED = {
 }
 
 
-def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
+def element(reader: Reader, line: Line) -> Template | InstanceTemplate | CodeTemplate:
     """Read one element line.
 
     Raises
@@ -41,6 +41,8 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate:
     if letter == "b" or ("=" in text and _is_law(letter, line)):
         law: Template = resolve(KINDS["b"].reader)(reader, line)
         return law
+    if letter == "a":
+        return code_model(reader, line)
     kind = KINDS.get(letter)
     if kind is None and letter != "x":
         raise _unknown(line, letter)

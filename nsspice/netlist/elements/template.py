@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from ...errors import Span
 from ..expressions.node import Node
@@ -132,6 +134,49 @@ class InstanceTemplate:
     subcircuit: str
     subcircuit_span: Span
     params: dict[str, ParamText]
+
+
+class Port(NamedTuple):
+    """A terminal of a code model: two nodes, its type (``vd i d``) and whether it is inverted."""
+
+    plus: str
+    minus: str
+    kind: str = ""
+    inverted: bool = False
+
+
+@dataclass(slots=True)
+class CodeTemplate:
+    """An A line: an XSPICE code model; ports are vectors, most of one member."""
+
+    name: str
+    span: Span
+    ports: tuple[tuple[Port, ...], ...]
+    model: str
+    model_span: Span
+    params: dict[str, ParamText] = field(default_factory=dict)
+    #: whether ``model`` is the name of one of LTspice's devices
+    own: bool = False
+
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """All nodes but ground, each once."""
+        members = [port for vector in self.ports for port in vector]
+        names = [n for port in members for n in (port.plus, port.minus)]
+        return tuple(dict.fromkeys(n for n in names if n not in ("0", "null")))
+
+    def renamed(self, names: Mapping[str, str]) -> CodeTemplate:
+        """Return the line with other names of its nodes."""
+        ports = tuple(
+            tuple(
+                port._replace(
+                    plus=names.get(port.plus, port.plus), minus=names.get(port.minus, port.minus)
+                )
+                for port in vector
+            )
+            for vector in self.ports
+        )
+        return replace(self, ports=ports)
 
 
 @dataclass(slots=True)

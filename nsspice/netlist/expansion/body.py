@@ -8,7 +8,14 @@ from dataclasses import dataclass, field
 from ...errors import Span
 from ..elements.elements import element
 from ..elements.reading import Reader
-from ..elements.template import Formula, FunctionTemplate, InstanceTemplate, ModelTemplate, Template
+from ..elements.template import (
+    CodeTemplate,
+    Formula,
+    FunctionTemplate,
+    InstanceTemplate,
+    ModelTemplate,
+    Template,
+)
 from ..expressions.node import TooLarge
 from ..findings import Findings, Unreadable
 from ..text.files import card_of
@@ -50,7 +57,7 @@ class Body:
     for analyses and outputs.
     """
 
-    items: list[Template | InstanceTemplate | Choice] = field(default_factory=list)
+    items: list[Template | InstanceTemplate | CodeTemplate | Choice] = field(default_factory=list)
     params: dict[str, tuple[Formula, Span]] = field(default_factory=dict)
     functions: dict[str, FunctionTemplate] = field(default_factory=dict)
     models: dict[str, ModelTemplate] = field(default_factory=dict)

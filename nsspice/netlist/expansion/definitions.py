@@ -20,6 +20,8 @@ _SAME_TYPES = {"lpnp": "pnp"}
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "lpnp", "vdmos", "sw", "csw"])
 #: .model D1 D {Ron=1m}: braces in the place of parentheses, all on their own
 _BRACES = re.compile(r"^(\s*\.model\s+\S+\s+\w+\s*)\{([^{}]*)\}\s*$", re.IGNORECASE)
+#: in_gain = [1 2 3], of a code model
+_VECTOR = re.compile(r"=\s*\[\s*([^\[\]]*?)\s*\]")
 _FUNCTION = re.compile(
     r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
 )
@@ -75,7 +77,8 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
     """Read ``.model name type(par=value ... word)``, with or without parentheses."""
     pairs: list[Item] = []
     words: list[Item] = []
-    for item in flat(items(closed_once(reader.findings, _bracketed(line)))):
+    line = closed_once(reader.findings, _bracketed(line))
+    for item in flat(items(line)):
         (pairs if item.kind == "pair" else words).append(item)
     hint = "write .model name type(parameter=value ...)"
     if len(words) < 3 or words[1].kind != "word" or words[2].kind != "word":
@@ -108,8 +111,9 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
 
 
 def _bracketed(line: Line) -> Line:
-    """Return a line with parentheses for the braces around all parameters of a model."""
+    """Return a line with parentheses for the braces of a model, and tables for its vectors."""
     raw = _BRACES.sub(r"\1(\2)", line.raw.rstrip())
+    raw = _VECTOR.sub(r"=table(v=\1)", raw)
     if raw == line.raw.rstrip():
         return line
     return Line(raw, line.file, line.number, line.source, line.pieces)

@@ -9,14 +9,18 @@ from ...element_kinds import KINDS
 from ...errors import Span, suggest
 from ..deck import Element, Source
 from ..elements.parasitics import taken_apart
-from ..elements.template import Formula, InstanceTemplate, SourceTemplate, Template
+from ..elements.template import CodeTemplate, Formula, InstanceTemplate, SourceTemplate, Template
 from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
 from ..expressions.node import Node, num, var
 from ..findings import Findings, Unreadable
 from ..text.lines import Line
+from ..text.script import Command
+from ..text.structure import build
+from .a_devices import written as a_device
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
+from .code_models import written
 from .repetition import Repetition, written_out
 from .scope import Scope
 from .transfer import NoRational, rational
@@ -65,13 +69,13 @@ class Expander:
         self._instances = 0
         self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
 
-    def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate]:
+    def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate | CodeTemplate]:
         """Declare a body's names, decide its conditionals, return what is to be built."""
         scope.declare(body)
         self.cards += [(card, line, scope) for card, line in body.cards]
         if not any(isinstance(item, Choice) for item in body.items):
             return body.items  # type: ignore[return-value]
-        result: list[Template | InstanceTemplate] = []
+        result: list[Template | InstanceTemplate | CodeTemplate] = []
         for item in body.items:
             if not isinstance(item, Choice):
                 result.append(item)
@@ -93,7 +97,7 @@ class Expander:
     def expand(
         self,
         scope: Scope,
-        items: list[Template | InstanceTemplate],
+        items: list[Template | InstanceTemplate | CodeTemplate],
         active: tuple[Subcircuit, ...] = (),
     ) -> None:
         """Build all elements of a scope, depth first."""
@@ -101,6 +105,8 @@ class Expander:
             try:
                 if isinstance(item, Template):
                     self._element(scope, item)
+                elif isinstance(item, CodeTemplate):
+                    self._code_model(scope, item)
                 else:
                     self._instance(scope, item, active)
             except Unreadable as found:
@@ -236,6 +242,31 @@ class Expander:
             options,
             given.span,
         )
+
+    def _code_model(self, scope: Scope, item: CodeTemplate) -> None:
+        """Unfold an A line."""
+        self._claim(scope.prefix + item.name, item.name, item.span)
+        given = {key: scope.param(key, text).value for key, text in item.params.items()}
+        numbers = {key: value for key, value in given.items() if isinstance(value, float)}
+        names = {node: f"port{k}" for k, node in enumerate(item.nodes)}
+        formal = item.renamed(names)
+        texts = a_device(formal, numbers) if item.own else self._written(scope, formal)
+        where = item.span
+        lines = [Command(text, where.file, where.line, where.text) for text in texts]
+        body = self._bodies.read(build(lines, self._findings))
+        nodes = {name: scope.node(node) for node, name in names.items()}
+        inner = scope.child(scope, item.name, nodes)
+        self.expand(inner, self.choose(inner, body))
+
+    @staticmethod
+    def _written(scope: Scope, item: CodeTemplate) -> list[str]:
+        """Return the lines of a code model."""
+        model = scope.model(item.model)
+        if model is None:
+            hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
+            message = f"{item.name}: there is no model {item.model}"
+            raise Unreadable("NS1060", message, item.model_span, hint, item.model)
+        return written(item, model)
 
     # -- instances ---------------------------------------------------------------------------
 

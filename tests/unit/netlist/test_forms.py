@@ -160,3 +160,47 @@ def test_parts_of_complex_signals(written: str, plain: str) -> None:
     found = deck(".ac dec 1 1 10", f".meas ac a max {written}")
     assert found.measures[0].expression is not None
     assert found.measures[0].expression.variables() == {plain}
+
+
+def test_measures_of_earlier_measures() -> None:
+    """Charging of RC to 0.9 and 0.1 of its end, and what is measured from there on."""
+    (run,) = read(
+        RC + ".tran 10u 5m uic\n.meas tran vm max v(out)\n"
+        ".meas tran t1 when v(out)=0.9*vm rise=1\n"
+        ".meas tran rise trig v(out) val='0.1*vm' rise=1 targ v(out) val={0.9*vm} rise=1\n"
+        ".meas tran mean avg v(out) from=t1 to=4m\n.meas tran there find v(out) at=t1\n"
+        ".meas tran from_there trig at=t1 targ at='2*t1'\n"
+        ".meas tran gone when v(out)=nothing*2\n.param nothing=1\n"
+    ).run()
+    tau, end = 1e-3, 5.0 * -math.expm1(-5.0)
+    at = lambda v: -tau * math.log1p(-v / 5.0)  # noqa: E731
+    t1 = at(0.9 * end)
+    mean = 5.0 * (1 - tau * (math.exp(-t1 / tau) - math.exp(-4.0)) / (4e-3 - t1))
+    expected = {
+        "vm": end, "t1": t1, "rise": t1 - at(0.1 * end), "mean": mean, "there": 0.9 * end,
+        "from_there": t1, "gone": at(2.0),
+    }  # fmt: skip
+    assert run.measures == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_measure_of_a_measure_that_failed_is_told() -> None:
+    (run,) = read(
+        RC + ".tran 10u 1m uic\n.meas tran t1 when v(out)=9\n.meas tran v find v(out) at=t1\n"
+    ).run()
+    assert math.isnan(run.measures["v"])
+    assert len([w for w in run.warnings if w.code == "NS5001"]) == 2
+    with pytest.raises(NetlistError):
+        read(RC + ".tran 10u 1m\n.meas tran v find v(out) at=t1\n")
+    with pytest.raises(NetlistError):  # a window has to be a number
+        read(RC + ".tran 10u 1m\n.meas tran a max v(out)\n.meas tran v max v(in) to=a*v(out)\n")
+
+
+def test_the_half_power_frequency_of_ltspice() -> None:
+    (run,) = read(
+        "t\nV1 in 0 AC 1\nR1 in out 1k\nC1 out 0 1u\n.ac dec 1000 1 10k\n"
+        ".MEAS AC VUmax max mag(V(out))\n.MEAS AC f3 when mag(V(out))=(VUmax/sqrt(2))\n"
+    ).run()
+    corner = 1e3 / (2 * math.pi)
+    top = 1 / math.hypot(1, 1 / corner)
+    # linear between points 0.23 % apart: the square of that over 8
+    assert run.measures["f3"] == pytest.approx(corner * math.sqrt(2 / top**2 - 1), rel=1e-6)

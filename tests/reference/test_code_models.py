@@ -1,0 +1,158 @@
+"""XSPICE's code models and LTspice's A devices against closed forms and truth tables."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import nsspice
+from nsspice.analyses.solution.solution import Solution
+from nsspice.errors import NetlistError
+from nsspice.netlist import parse_text
+
+
+def run(lines: str) -> Solution:
+    return nsspice.read(f"models\n{lines}\n").run()[0]
+
+
+ANALOGUE = "V1 a 0 SIN(0 2 1k)\nV2 b 0 1\nA1 {} out mod\n.model mod {}\n.tran 10u 1m uic"
+
+
+@pytest.mark.parametrize(
+    ("ports", "card", "law"),
+    [
+        ("a", "gain(gain=3 in_offset=0.1 out_offset=-1)", lambda a, t: 3 * (a + 0.1) - 1),
+        ("[a b]", "summer(in_gain=[2 -1] in_offset=[0 1] out_gain=0.5)", lambda a, t: a - 1),
+        ("[a b a]", "mult(in_gain = [ 2 3 1 ])", lambda a, t: 6 * a * a),
+        ("a b", "divide(den_offset=3 out_gain=2)", lambda a, t: 2 * a / 4),
+        ("%vd(a b)", "limit(gain=2 out_lower_limit=-1 out_upper_limit=1.5)",
+         lambda a, t: np.clip(2 * (a - 1), -1, 1.5)),
+        ("a b 0", "climit(gain=1 lower_delta=-0.5)", lambda a, t: np.clip(a, -0.5, 1)),
+        ("a", "pwl(x_array=[-1 0 1] y_array=[0 0 2])", lambda a, t: np.maximum(2 * a, 0)),
+        ("b", "s_xfer(num_coeff=[1] den_coeff=[1e-3 1])", lambda a, t: -np.expm1(-t / 1e-3)),
+        ("b", "int(gain=100 out_ic=0.5)", lambda a, t: 0.5 + 100 * t),
+        ("b", "int(gain=1k out_lower_limit=0 out_upper_limit=0.4)",
+         lambda a, t: np.minimum(1e3 * t, 0.4)),
+        ("a", "d_dt(gain=1m)", lambda a, t: 4 * np.pi * np.cos(2e3 * np.pi * t)),
+    ],
+)  # fmt: skip
+def test_analogue_models(ports: str, card: str, law) -> None:  # type: ignore[no-untyped-def]
+    found = run(ANALOGUE.format(ports, card))
+    # closed forms on both sides; sine and product are followed with the tolerance of the steps
+    scale = 1e-3 if "mult" in card else 1e-12
+    assert found["v(out)"] == pytest.approx(law(found["v(a)"], found.axis), abs=scale)
+
+
+def test_hysteresis_and_switch() -> None:
+    found = run(
+        "V1 a 0 PWL(0 0 1 2 2 -2 3 0)\nA1 a h hy\n.model hy hyst(in_low=-0.5 in_high=0.5 hyst=0.5 "
+        "out_lower_limit=-3 out_upper_limit=3)\nA2 a %gd(c 0) sw\nV2 one 0 1\nR1 one c 1\n"
+        ".model sw aswitch(cntl_off=0.5 cntl_on=1 r_on=1 r_off=1e9)\n.tran 0.3 3 uic"
+    )
+    t = found.axis
+    inside = np.abs((t * 2) % 1 - 0.5) < 0.49  # not at the turns themselves
+    assert found["v(h)"][inside] == pytest.approx(np.where((t > 0.5) & (t < 1.75), 3, -3)[inside])
+    closed = (t > 0.375) & (t < 1.3125)  # its middle, 0.75 V
+    assert found["v(c)"] == pytest.approx(np.where(closed, 0.5, 1.0), abs=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["and", "nand", "or", "nor", "xor", "xnor"])
+@pytest.mark.parametrize("inputs", [2, 3])
+def test_truth_tables(kind: str, inputs: int) -> None:
+    table = {"and": all, "or": any, "xor": lambda bits: sum(bits) % 2 == 1}
+    for bits in itertools.product((0, 1), repeat=inputs):
+        sources = "\n".join(f"V{k} n{k} 0 {bit}" for k, bit in enumerate(bits))
+        names = " ".join(f"n{k}" for k in range(inputs))
+        found = run(f"{sources}\nA1 [{names}] y g\n.model g d_{kind}\n.tran 1n 10n uic")
+        plain = {"nand": "and", "nor": "or", "xnor": "xor"}.get(kind, kind)
+        expected = table[plain](bits) != (plain != kind)  # type: ignore[operator]
+        assert found["v(y)"][-1] == float(expected), bits
+
+
+def test_delays_and_a_divider_by_two() -> None:
+    """Ramps of 1 ns between 0 and 5 V cross 4 V after 0.8 ns and 1 V after 0.8 ns."""
+    found = run(
+        "V1 ai 0 PULSE(0 5 0 1n 1n 50n 100n)\nV2 bi 0 PULSE(0 5 0 1n 1n 100n 200n)\n"
+        "A1 [ai bi] [a b] adc\n.model adc adc_bridge(in_low=1 in_high=4 rise_delay=1n "
+        "fall_delay=1n)\n"
+        "A2 [a b] y nand\n.model nand d_nand(rise_delay=2n fall_delay=3n)\nA4 [y] [yo] dac\n"
+        ".model dac dac_bridge(out_low=0 out_high=3.3)\nA6 nq a null null q nq ff\n"
+        ".model ff d_dff(clk_delay=1n)\n.tran 1n 400n uic\n"
+        ".meas tran up when v(yo)=1 rise=1\n.meas tran down when v(yo)=1 fall=1\n"
+        ".meas tran one when v(q)=0.5 rise=1\n.meas tran two when v(q)=0.5 fall=1\n"
+        ".meas tran three when v(q)=0.5 rise=2\n.meas tran high max v(yo)"
+    )
+    # a falls at 51.8 ns + 1 ns, the gate 2 ns later; both are high again at 201.8 ns, then 3 ns.
+    # The overlap of 1 ns at 101.8 ns is shorter than the delay, and swallowed
+    expected = {
+        "up": 54.8e-9,
+        "down": 204.8e-9,
+        "one": 2.8e-9,
+        "two": 102.8e-9,
+        "three": 202.8e-9,
+        "high": 3.3,
+    }
+    assert found.measures == pytest.approx(expected, rel=1e-9)
+
+
+def test_latches_and_flip_flops() -> None:
+    pulse = "PULSE(0 1 {} 0 0 1u 1)".format
+    common = (
+        f"V1 s 0 {pulse('2u')}\nV2 r 0 {pulse('5u')}\nV3 one 0 1\nV4 c 0 PULSE(0 1 1u 0 0 1u 2u)\n"
+    )
+    found = run(
+        common + "A1 s r one null null q nq sl\n.model sl d_srlatch(sr_delay=0)\n"
+        "A2 s c null null d nd dl\n.model dl d_dlatch(data_delay=0)\n"
+        "A3 one c null r t nt tf\n.model tf d_tff(clk_delay=0)\n"
+        "A4 one one c null null j nj jk\n.model jk d_jkff(clk_delay=0)\n.tran 0.5u 9.25u uic"
+    )
+    t = found.axis * 1e6
+    between = np.abs(t - np.round(t)) > 0.1
+    inside = lambda *pairs: np.any([(t > a) & (t < b) for a, b in pairs], axis=0)  # noqa: E731
+    for node, high in {
+        "q": inside((2, 5)),
+        "nq": ~inside((2, 5)),
+        "d": inside((3, 3)),  # s is high from 2 to 3, while c is low: never stored
+        "t": inside((1, 3), (7, 9)),  # reset at 5, which would have been its next rise
+        "j": inside((1, 3), (5, 7), (9, 11)),
+    }.items():
+        assert found[f"v({node})"][between] == pytest.approx(high[between].astype(float)), node
+
+
+def test_ltspice_devices() -> None:
+    found = run(
+        "V1 a 0 PULSE(0 5 1u 0 0 1u 2u)\nV2 b 0 5\nA1 a b 0 0 0 n y 0 AND Vhigh=5 Td=100n\n"
+        "A2 a 0 0 0 0 0 i 0 INV Vhigh=5\nA3 nd 0 a 0 0 nd q 0 DFLOP Vhigh=5 Td=10n\n"
+        "V3 x 0 PWL(0 0 4u 4 8u 0)\nA4 x 0 0 0 0 0 s 0 SCHMITT Vt=2 Vh=1\n"
+        "A5 a x 0 0 0 0 f 0 SRFLOP Vhigh=5\n.tran 0.5u 8u uic\n"
+        ".meas tran y when v(y)=2.5 rise=1\n.meas tran q1 when v(q)=2.5 rise=1\n"
+        ".meas tran q2 when v(q)=2.5 rise=2\n.meas tran on when v(s)=0.5 rise=1\n"
+        ".meas tran off when v(s)=0.5 fall=1"
+    )
+    expected = {"y": 1.1e-6, "q1": 1.01e-6, "q2": 5.01e-6, "on": 3e-6, "off": 7e-6}
+    assert found.measures == pytest.approx(expected, rel=1e-9)
+    assert found["v(i)"][1] == 5.0
+    assert found["v(n)"][3] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("A1 a b nothing", "NS1060"),
+        ("A1 a b m\n.model m d_ram()", "NS1005"),
+        ("A1 a m\n.model m gain()", "NS1008"),
+        ("A1 [a b m\n.model m summer()", "NS1007"),
+        ("A1 a ] b m\n.model m gain()", "NS1007"),
+        ("A1 m", "NS1008"),
+        ("A1 %i a b m\n.model m gain()", "NS1008"),
+        ("A1 a b m\n.model m pwl(x_array=[0 1] y_array=[1])", "NS1008"),
+        ("A1 a 0 b a 0 0 q 0 DFLOP", "NS1002"),
+        ("A1 0 0 0 0 0 0 q 0 AND", "NS1002"),
+    ],
+)
+def test_what_is_refused(line: str, code: str) -> None:
+    with pytest.raises(NetlistError) as caught:
+        parse_text(f"t\nV1 a 0 1\nR1 a b 1\n{line}\n")
+    assert [d.code for d in caught.value.diagnostics] == [code]
