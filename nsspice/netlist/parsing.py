@@ -215,7 +215,7 @@ def _parse(
     _check_temperature(deck, scope, findings)
     if draws.used:
         message = "the deck draws random values: they are the same in each run"
-        hint = "change them with --seed or seed=; each value of a .step draws new ones"
+        hint = "--seed draws others, and so does each .step; nsspice tolerance shows a spread"
         findings.warning("NS1096", message, Span(file, 1, 1, 1, rows[0]), hint)
     findings.settle_absent()
     if not deck.elements and not findings.errors:

@@ -194,7 +194,7 @@ def test_source_options() -> None:
         ("R1 a 0 1k =", "NS1007"),
         ("M1 a b c d mx", "NS1060"),
         ("J1 a b c jx", "NS1060"),
-        ("A1 [a] [b] gate", "NS1005"),
+        ("A1 [a] [b] gate", "NS1060"),
         ("T1 a 0 b 0 z0=50", "NS1005"),
         ("?1 a b", "NS1004"),
         ("D1 a 0 dx", "NS1060"),

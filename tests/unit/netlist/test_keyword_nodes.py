@@ -67,5 +67,5 @@ def test_forms_are_read_as_before(form: str) -> None:
 )
 def test_transfer_functions_are_still_named(form: str, code: str) -> None:
     with pytest.raises(NetlistError) as caught:
-        deck("V1 in 0 1", f"E1 a 0 {form}", "R2 a 0 1")
+        deck(f"E1 a 0 {form}", "R2 a 0 1")
     assert [d.code for d in caught.value.diagnostics] == [code]

@@ -51,16 +51,10 @@ def test_notes_of_catalogues() -> None:
     assert [e.name for e in deck("V1 a 0 1", line).elements] == ["v1", "c1", "c1.rser"]
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["E1 b 0 LAPLACE {V(a)} {1/(1+s)}", "E1 b 0 a 0 Laplace=1/(1+s)", "G1 0 b Laplace=1/(1+s)"],
-)
-def test_transfer_functions_are_named(line: str) -> None:
+def test_a_transfer_function_needs_an_input() -> None:
     with pytest.raises(NetlistError) as caught:
-        deck("V1 a 0 1", "R1 b 0 1", line)
-    (finding,) = caught.value.diagnostics
-    assert finding.code == "NS1002"
-    assert "transfer functions of s" in finding.message
+        deck("V1 a 0 1", "R1 a b 1", "G1 0 b Laplace=1/(1+s)")
+    assert [d.code for d in caught.value.diagnostics] == ["NS1008"]
 
 
 @pytest.mark.parametrize("written", ['"nom.lib"', "nom.lib", '"NOM.LIB"'])
