@@ -104,7 +104,7 @@ def test_latches_and_flip_flops() -> None:
     )
     found = run(
         common + "A1 s r one null null q nq sl\n.model sl d_srlatch(sr_delay=0)\n"
-        "A2 s c null null d nd dl\n.model dl d_dlatch(data_delay=0)\n"
+        "A2 s c null null d dn dl\n.model dl d_dlatch(data_delay=0)\n"
         "A3 one c null r t nt tf\n.model tf d_tff(clk_delay=0)\n"
         "A4 one one c null null j nj jk\n.model jk d_jkff(clk_delay=0)\n.tran 0.5u 9.25u uic"
     )
@@ -124,7 +124,7 @@ def test_latches_and_flip_flops() -> None:
 def test_ltspice_devices() -> None:
     found = run(
         "V1 a 0 PULSE(0 5 1u 0 0 1u 2u)\nV2 b 0 5\nA1 a b 0 0 0 n y 0 AND Vhigh=5 Td=100n\n"
-        "A2 a 0 0 0 0 0 i 0 INV Vhigh=5\nA3 nd 0 a 0 0 nd q 0 DFLOP Vhigh=5 Td=10n\n"
+        "A2 a 0 0 0 0 0 i 0 INV Vhigh=5\nA3 dn 0 a 0 0 dn q 0 DFLOP Vhigh=5 Td=10n\n"
         "V3 x 0 PWL(0 0 4u 4 8u 0)\nA4 x 0 0 0 0 0 s 0 SCHMITT Vt=2 Vh=1\n"
         "A5 a x 0 0 0 0 f 0 SRFLOP Vhigh=5\n.tran 0.5u 8u uic\n"
         ".meas tran y when v(y)=2.5 rise=1\n.meas tran q1 when v(q)=2.5 rise=1\n"
