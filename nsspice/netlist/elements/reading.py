@@ -97,6 +97,8 @@ class Reader:
             return self.formula(line, item.start + 1, item.end - 1)
         if kind == "group" and len(item.items) == 1:
             return self.value(line, item.items[0], what)
+        if kind == "call":  # vto=agauss(0.6, 0.1, 3)
+            return self.formula(line, item.start, item.end)
         where = line.span(item.start, item.end)
         raise Unreadable("NS1009", f"{_shown(line, item)} is not {what}", where)
 

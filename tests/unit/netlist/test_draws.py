@@ -58,3 +58,11 @@ def test_each_step_draws_and_reading_again_does_not() -> None:
 def test_it_is_told() -> None:
     warnings = parse_text("t\nV1 a 0 1\nR1 a 0 {mc(1,0.1)}\n.op").warnings
     assert [w.code for w in warnings] == ["NS1096"]
+
+
+def test_calls_need_no_braces_as_parameters() -> None:
+    found = parse_text("t\nD1 a 0 dm\n.model dm D(n=max(1, 2) is=flat(1e-15))\nR1 a 0 1\n.op")
+    model = found.elements[0].model
+    assert model is not None
+    assert model.params["n"].value == 2.0
+    assert abs(float(model.params["is"].value)) <= 1e-15  # type: ignore[arg-type]
