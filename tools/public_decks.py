@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import nsspice
-from nsspice.analyses.solution.refusal import judge
-from nsspice.analyses.studies.batch import jobs_of, run_job
+from nsspice.analyses.studies.batch import jobs_of
 from nsspice.errors import NsspiceError
 
 ENDINGS = (".cir", ".net", ".sp", ".spi", ".ckt", ".deck")
@@ -80,10 +79,10 @@ def outcome(path: Path, only_read: bool) -> dict[str, Any]:
     try:
         circuit = nsspice.read(path)
         entry["warnings"] = [f"{w.code} {w.message}" for w in circuit.warnings]
-        jobs = jobs_of(circuit.deck)
+        jobs_of(circuit.deck)
         entry["verdict"] = "failed"
         if not only_read:
-            judge([run_job(circuit, job) for job in jobs], "raise")
+            circuit.run()
         entry["verdict"] = "read" if only_read else "runs"
     except NsspiceError as error:
         entry["errors"] = [f"{d.code} {d.message}" for d in error.diagnostics]

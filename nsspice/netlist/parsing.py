@@ -205,6 +205,7 @@ def _parse(
     cards.prepare()
     expander.expand(scope, items)
     expander.check_controls()
+    expander.check_levels()
     _evaluate_all(deck, scope, findings)
     deck.elements, deck.included = expander.elements, files.included
     cards.read(computes(files.scripts))

@@ -156,3 +156,14 @@ def test_what_is_refused(line: str, code: str) -> None:
     with pytest.raises(NetlistError) as caught:
         parse_text(f"t\nV1 a 0 1\nR1 a b 1\n{line}\n")
     assert [d.code for d in caught.value.diagnostics] == [code]
+
+
+def test_a_node_that_is_digital_and_analogue_is_told() -> None:
+    text = "t\nV1 a 0 1\nA1 a y g\n.model g d_inverter\nR1 {} 0 1\n"
+    (warning,) = parse_text(text.format("y")).warnings
+    assert (warning.code, warning.message.rsplit(": ")[-1]) == ("NS1097", "a, y")
+    bridged = (
+        "t\nV1 a 0 1\nA1 [a] [d] adc\n.model adc adc_bridge(in_low=0.4 in_high=0.6)\nA2 d y g\n"
+        ".model g d_inverter\nA3 [y] [z] dac\n.model dac dac_bridge(out_high=5)\nR1 z 0 1\n"
+    )
+    assert not parse_text(bridged).warnings

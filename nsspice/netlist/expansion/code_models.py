@@ -413,6 +413,16 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
 }
 
 
+def digital_ports(item: CodeTemplate, model: Model) -> set[str]:
+    """Return the nodes of an A line that have states instead of voltages."""
+    ports = item.ports
+    if model.type in ("adc_bridge", "dac_bridge"):
+        ports = ports[1:2] if model.type == "adc_bridge" else ports[:1]
+    elif not model.type.startswith("d_") or model.type == "d_dt":
+        return set()
+    return {port.plus for vector in ports for port in vector}
+
+
 def written(item: CodeTemplate, model: Model) -> list[str]:
     """Return the lines of the subcircuit that stands for an A line.
 

@@ -20,7 +20,7 @@ from ..text.structure import build
 from .a_devices import written as a_device
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
-from .code_models import written
+from .code_models import digital_ports, written
 from .repetition import Repetition, written_out
 from .scope import Scope
 from .transfer import NoRational, rational
@@ -68,6 +68,9 @@ class Expander:
         self._bodies = bodies
         self._instances = 0
         self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
+        #: digital nodes, and the names of all elements of code models
+        self._digital: dict[str, Span] = {}
+        self._coded: set[str] = set()
 
     def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate | CodeTemplate]:
         """Declare a body's names, decide its conditionals, return what is to be built."""
@@ -250,23 +253,44 @@ class Expander:
         numbers = {key: value for key, value in given.items() if isinstance(value, float)}
         names = {node: f"port{k}" for k, node in enumerate(item.nodes)}
         formal = item.renamed(names)
-        texts = a_device(formal, numbers) if item.own else self._written(scope, formal)
+        if item.own:
+            texts, digital = a_device(formal, numbers), set[str]()
+        else:
+            texts, digital = self._written(scope, formal)
         where = item.span
         lines = [Command(text, where.file, where.line, where.text) for text in texts]
         body = self._bodies.read(build(lines, self._findings))
         nodes = {name: scope.node(node) for node, name in names.items()}
+        self._digital.update({nodes[name]: item.span for name in digital if name in nodes})
         inner = scope.child(scope, item.name, nodes)
+        before = len(self.elements)
         self.expand(inner, self.choose(inner, body))
+        self._coded.update(element.name for element in self.elements[before:])
+
+    def check_levels(self) -> None:
+        """Warn about digital nodes to which something else is connected: they have 0 and 1 V."""
+        mixed = {
+            node: self._digital[node]
+            for element in self.elements
+            if element.name not in self._coded
+            for node in element.nodes
+            if node in self._digital
+        }
+        if mixed:
+            shown = ", ".join(list(mixed)[:6]) + ", ..." * (len(mixed) > 6)
+            message = f"digital nodes have 0 V and 1 V, also where other elements see them: {shown}"
+            hint = "put an adc_bridge or dac_bridge with their levels between"
+            self._findings.warning("NS1097", message, next(iter(mixed.values())), hint)
 
     @staticmethod
-    def _written(scope: Scope, item: CodeTemplate) -> list[str]:
-        """Return the lines of a code model."""
+    def _written(scope: Scope, item: CodeTemplate) -> tuple[list[str], set[str]]:
+        """Return the lines of a code model, and its digital nodes."""
         model = scope.model(item.model)
         if model is None:
             hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
             message = f"{item.name}: there is no model {item.model}"
             raise Unreadable("NS1060", message, item.model_span, hint, item.model)
-        return written(item, model)
+        return written(item, model), digital_ports(item, model)
 
     # -- instances ---------------------------------------------------------------------------
 
