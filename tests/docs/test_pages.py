@@ -18,7 +18,13 @@ PAGES = [
     *sorted(p for p in (ROOT / "docs").rglob("*.md") if p.parent.name != "dvi"),
 ]
 #: pages that exist in the built site only; `mkdocs build --strict` checks links to them
-GENERATED = ("reference/devices.md", "reference/command-line.md", "gallery/*.md", "how-to/*.svg")
+GENERATED = (
+    "reference/devices.md",
+    "reference/command-line.md",
+    "gallery/*.md",
+    "how-to/*.svg",
+    "explanation/*.svg",
+)
 #: `tests/test_netlists.py` runs the whole collection; here a folder shows that the command works
 PART = {"netlists": "netlists/basics", "converters": "converters/boost.net"}
 #: a block of code: its language, the name of its file if it has a title, its text

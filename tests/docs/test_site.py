@@ -140,3 +140,13 @@ def test_thumbnails_lead_to_sections_of_the_gallery() -> None:
     assert len(cards) > 60
     assert all(a == c and b.lower().replace("_", "-") == d for a, b, c, d in cards)
     assert gallery.THUMBNAILS in (ROOT / "docs" / "gallery" / "index.md").read_text("utf-8")
+
+
+def test_figures_of_ideas_are_drawn_where_they_are_shown() -> None:
+    import concepts
+
+    for name, content in concepts.pictures(ROOT).items():
+        assert len(content) > 5_000, name
+        folder = ROOT / "docs" / Path(name).parent
+        shown = f"]({Path(name).name})"
+        assert any(shown in p.read_text("utf-8") for p in folder.glob("*.md")), name

@@ -15,6 +15,7 @@ from mkdocs.structure.files import File, Files
 sys.path.insert(0, str(Path(__file__).parent))
 
 import commands
+import concepts
 import equations
 import gallery
 import parameters
@@ -44,6 +45,7 @@ def on_files(files: Files, config: Any) -> Files:
         **gallery.pages(Path(config.config_file_path).parent / "netlists"),
         **equations.pictures(Path(config.config_file_path).parent),
         **steady.pictures(Path(config.config_file_path).parent),
+        **concepts.pictures(Path(config.config_file_path).parent),
         **tutorial.shown(Path(config.config_file_path).parent)[1],
     }
     for name, content in pages.items():

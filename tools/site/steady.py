@@ -24,14 +24,9 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 
 def pictures(root: Path) -> dict[str, str | bytes]:
     """Return the pictures by the name of their file in the site."""
-    pages = root / "docs" / "how-to"
 
     def deck(page: str, name: str) -> str:
-        text = (pages / f"{page}.md").read_text("utf-8")
-        found = re.search(_DECK.format(re.escape(name)), text, re.MULTILINE | re.DOTALL)
-        if found is None:
-            raise LookupError(f"{page}.md shows no netlist {name}")
-        return found[1]
+        return deck_of(root, page, name)
 
     peak = (root / "netlists" / "steady" / "peak_current.net").read_text("utf-8")
     return {
@@ -40,6 +35,15 @@ def pictures(root: Path) -> dict[str, str | bytes]:
         "how-to/losses.svg": losses(deck("spectra-and-losses", "switching.net")),
         "how-to/multipliers.svg": multipliers(peak),
     }
+
+
+def deck_of(root: Path, page: str, name: str) -> str:
+    """Return a netlist that a how-to page shows."""
+    text = (root / "docs" / "how-to" / f"{page}.md").read_text("utf-8")
+    found = re.search(_DECK.format(re.escape(name)), text, re.MULTILINE | re.DOTALL)
+    if found is None:
+        raise LookupError(f"{page}.md shows no netlist {name}")
+    return found[1]
 
 
 def _canvas(width: float, height: float) -> tuple[Any, Any]:
