@@ -13,6 +13,7 @@ import numpy as np
 from ...analyses.signals.signal_names import unit
 from ...netlist.deck import NoiseCard
 from ..chosen import default_shown, pieces_of, swept_unit
+from ..colours import is_logarithmic as is_decades
 from ..si import number
 from .waveforms import ALONE, curves, encode
 
@@ -87,17 +88,37 @@ def single_curves(solution: Solution) -> list[Solution]:
 
 def group(runs: Sequence[Solution], total: int, room: int = ALONE) -> dict[str, Any]:
     """Return what is shown of one analysis: a tab of the page."""
-    first = runs[0]
+    first = over_parameter(runs) or runs[0]
     name = first.axis_name
+    found = [run(solution, total, len(runs), room) for solution in runs]
+    if first is not runs[0]:
+        found[0]["curves"] = curves(first, first_shown(first))
     return {
-        "label": first.analysis,
+        "label": runs[0].analysis,
         "axis": name,
         "axis_unit": unit(name) or swept_unit(name) if name else "",
-        "logarithmic": name == "frequency",
-        "parameters": list(first.parameters),
+        "logarithmic": name == "frequency"
+        or (first is not runs[0] and is_decades(first.axis.tolist())),
+        "parameters": list(runs[0].parameters),
         "shown": first_shown(first),
-        "runs": [run(solution, total, len(runs), room) for solution in runs],
+        "runs": found,
     }
+
+
+def over_parameter(runs: Sequence[Solution]) -> Solution | None:
+    """Return operating points of a ``.step`` as curves over its parameter, None for other runs."""
+    single = all(s.analysis == "op" and s.axis.size and len(s.parameters) == 1 for s in runs)
+    if not single or len(runs) < 3:
+        return None
+    name = next(iter(runs[0].parameters))
+    ordered = sorted(runs, key=lambda s: s.parameters[name])
+    axis = np.array([s.parameters[name] for s in ordered])
+    signals = {
+        n: np.array([float(s[n][0]) for s in ordered])
+        for n in runs[0].columns
+        if all(n in s for s in ordered)
+    }
+    return type(runs[0])("dc", runs[0].title, name, axis, signals)
 
 
 def deck_text(circuit: Circuit) -> str:
