@@ -302,14 +302,14 @@ def test_noise_and_a_sweep_in_a_sweep_have_their_curves(tmp_path: Path) -> None:
 
 
 def test_operating_points_of_a_step_are_curves_over_the_parameter(tmp_path: Path) -> None:
-    deck = "divider\n.param r=1k\nV1 a 0 10\nR1 a b 1k\nR2 b 0 {r}\n.op\n.step param r 1k 4k 1k\n"
+    deck = "divider\n.param r=1k\nV1 a 0 10\nR1 a b 1k\nR2 b 0 {r}\n.op\n.step param r 100 10k 3300\n"
     said = used(report(deck, tmp_path / "x.html"), """
-        type("[aria-label='cursor A']", "3k"); say("read", cells($("[aria-live] table")));
+        type("[aria-label='cursor A']", "6.7k"); say("read", cells($("[aria-live] table")));
         say("head", $("h2").textContent); say("pick", all("select option").length);
     """)  # fmt: skip
     assert said["head"] == "Over r"
     assert said["pick"] == 4
-    assert ["v(b)", "7.5 V"] in said["read"]  # type: ignore[operator]
+    assert ["v(b)", f"{10.0 * 6.7 / 7.7:.6g} V"] in said["read"]  # type: ignore[operator]
 
 
 def test_a_report_is_dark_on_dark_systems_light_on_paper_and_fits_a_phone(

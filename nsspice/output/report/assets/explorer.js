@@ -113,7 +113,7 @@ function explorer(group, box, onRun) {
   } }, plots);
   const button = (text, label, onclick) => el("button", { onclick, "aria-label": label, title: label }, text);
   const thin = runs.some(r => r.curves.thinned), left = runs[0].curves.left_out;
-  box.append(el("h2", {}, logarithmic ? "Over the frequency" : group.axis === "time" ? "Waveforms" : `Over ${group.axis}`));
+  box.append(el("h2", {}, group.axis === "frequency" ? "Over the frequency" : group.axis === "time" ? "Waveforms" : `Over ${group.axis}`));
   if (names.length > 1) box.append(el("div", { class: "tools" }, names.length > 8 ? search : null), el("div", { class: "signals", role: "group", "aria-label": "signals" }, boxes));
   if (family) {
     const buttons = runs.map((run, k) => el("button", { "aria-pressed": "true", class: "run", onclick: e => {
