@@ -302,7 +302,7 @@ def test_noise_and_a_sweep_in_a_sweep_have_their_curves(tmp_path: Path) -> None:
 
 
 def test_operating_points_of_a_step_are_curves_over_the_parameter(tmp_path: Path) -> None:
-    deck = "divider\n.param r=1k\nV1 a 0 10\nR1 a b 1k\nR2 b 0 {r}\n.op\n.step param r 100 10k 3300\n"
+    deck = "divider\n.param r=1\nV1 a 0 10\nR1 a b 1k\nR2 b 0 {r}\n.op\n.step r 100 10k 3300\n"
     said = used(report(deck, tmp_path / "x.html"), """
         type("[aria-label='cursor A']", "6.7k"); say("read", cells($("[aria-live] table")));
         say("head", $("h2").textContent); say("pick", all("select option").length);
