@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError, suggest
@@ -18,6 +19,30 @@ from ..signals.curve import Floats
 from ..signals.signal_names import canonical
 from .controlled import HeldSources, read, to_the_wait
 from .island_runner import IslandRunner, Stopped
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationState:
+    """Where a simulation was, from :meth:`Simulation.state`.
+
+    Parameters
+    ----------
+    circuit : Circuit
+    time : float
+        [s]
+    inputs : dict of str to float
+        Values of the sources [V or A].
+    moves : tuple of (float, tuple of float)
+        Up to when it was advanced [s], with which inputs: the way to the state.
+    """
+
+    circuit: Circuit
+    time: float
+    inputs: dict[str, float]
+    moves: tuple[tuple[float, tuple[float, ...]], ...]
+
+    def __repr__(self) -> str:
+        return f"<state at {self.time:.6g} s>"
 
 
 class Simulation:
@@ -45,7 +70,9 @@ class Simulation:
         # what the run begins with is asked of a run that goes nowhere
         self._sources.hold(analysis.stop)
         self._values = read(self._started(), self._recorder, begin=True)
+        self._first = dict(self._values)
         self._runners: list[IslandRunner] = []
+        self._moves: list[tuple[float, tuple[float, ...]]] = []
 
     def _started(self) -> list[IslandRunner]:
         """Return the islands, each at its start."""
@@ -138,6 +165,11 @@ class Simulation:
         if to > self._analysis.stop * (1.0 + 1e-12):
             message = f"{to:g} s lies beyond the stop of this simulation, {self._analysis.stop:g} s"
             raise UsageError(Diagnostic("NS4005", message, hint="give nsspice.start a later stop"))
+        self._go(to)
+        return self
+
+    def _go(self, to: float) -> None:
+        """Simulate to an instant [s]."""
         if not self._runners:
             self._sources.renew(self._own)
             self._sources.hold(to)
@@ -151,7 +183,48 @@ class Simulation:
                 except Stopped as stopped:
                     raise runner.failure(stopped.problem) from stopped.problem
         self.time = to
+        self._moves.append((to, tuple(self._sources.values.values())))
         self._values = read(self._runners, self._recorder)
+
+    def state(self) -> SimulationState:
+        """Return where the simulation is, so that it can come back: :meth:`restore`."""
+        return SimulationState(self._circuit, self.time, self.inputs, tuple(self._moves))
+
+    def restore(self, state: SimulationState) -> Simulation:
+        """Go back to a state; return the simulation.
+
+        All is as it was, to the last digit: charges, fluxes, and which diodes and switches conduct.
+        The way there is simulated once more, which costs what it did.
+
+        Parameters
+        ----------
+        state : SimulationState
+            From this simulation, or from another one of the same circuit and inputs.
+
+        Raises
+        ------
+        UsageError
+            NS4005 for the state of another circuit, or of other inputs.
+
+        Examples
+        --------
+        >>> import nsspice
+        >>> circuit = nsspice.read("RC\nVin a 0 1\nR1 a b 1k\nC1 b 0 1u\n")
+        >>> sim = nsspice.start(circuit, ["vin"], uic=True).advance(1e-3)
+        >>> there = sim.state()
+        >>> ahead = sim.advance(1e-3)["v(b)"]
+        >>> sim.restore(there).advance(1e-3)["v(b)"] == ahead
+        True
+        """
+        if state.circuit is not self._circuit or state.inputs.keys() != self._sources.values.keys():
+            message = "this state belongs to a simulation of another circuit, or with other inputs"
+            raise UsageError(Diagnostic("NS4005", message, hint="restore what sim.state() gave"))
+        self.time, self._runners, self._moves = 0.0, [], []
+        self._values = dict(self._first)
+        for to, values in state.moves:
+            self._sources.values.update(zip(state.inputs, values, strict=True))
+            self._go(to)
+        self._sources.values.update(state.inputs)
         return self
 
 

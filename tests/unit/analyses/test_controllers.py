@@ -252,3 +252,48 @@ def test_the_current_of_a_junction_is_read_at_the_start() -> None:
     _, current, volts, _ = log.calls[0]
     assert current == pytest.approx((1.0 - volts) / 1e3, rel=1e-6)
     assert current == pytest.approx(1e-9 * math.expm1(volts / 0.0258649), rel=1e-3)
+
+
+#: a diode, a switch with hysteresis and two stores: every kind of state
+_MEMORIES = """oscillator with a memory
+Vin in 0 1
+R1 in c 1k
+C1 c 0 1u IC=0
+S1 c d c 0 relay
+D1 d e
+L1 e 0 10m IC=0
+.model relay SW(VT=0.5 VH=0.3 RON=10)
+"""
+
+
+@pytest.mark.parametrize("method", [None, "sdirk"])
+def test_a_state_comes_back_to_the_last_digit(method):
+    circuit = nsspice.read(_MEMORIES)
+    sim = nsspice.start(circuit, ["vin"], uic=True, method=method)
+    sim["vin"] = 2.0
+    for _ in range(7):
+        sim.advance(0.3e-3)
+    there = sim.state()
+    before = sim.signals
+    ways = []
+    for level in (2.0, 0.5, 2.0):
+        sim.restore(there)
+        assert sim.signals == before
+        assert (sim.time, sim.inputs) == (there.time, {"vin": 2.0})
+        sim["vin"] = level
+        ways.append(sim.advance(0.7e-3).signals)
+    assert ways[0] == ways[2] != ways[1]
+    # from the beginning, and in another simulation of the circuit
+    other = nsspice.start(circuit, ["vin"], uic=True, method=method)
+    first = other.state()
+    assert other.restore(there).signals == before
+    assert other.certificate.passed
+    assert other.restore(first).time == 0.0
+    assert other.signals == nsspice.start(circuit, ["vin"], uic=True, method=method).signals
+
+
+def test_a_state_of_another_circuit_is_refused():
+    one = nsspice.start(nsspice.read(_MEMORIES), ["vin"], uic=True)
+    two = nsspice.start(nsspice.read(_MEMORIES), ["vin"], uic=True)
+    with pytest.raises(nsspice.UsageError):
+        two.restore(one.state())
