@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...element_kinds import KINDS
 from ...errors import Span, suggest
-from ..deck import Element, Source
+from ..deck import Element, Param, Source
 from ..elements.parasitics import taken_apart
 from ..elements.template import CodeTemplate, Formula, InstanceTemplate, SourceTemplate, Template
 from ..expressions.expression import Expression
@@ -21,6 +21,7 @@ from .a_devices import written as a_device
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
 from .code_models import digital_ports, written
+from .memory import has_memory, without_memory
 from .repetition import Repetition, written_out
 from .scope import Scope
 from .transfer import NoRational, rational
@@ -32,6 +33,8 @@ MAX_ELEMENTS = 1_000_000
 MAX_MULTIPLE = 100
 #: subcircuits within subcircuits
 MAX_NESTING = 50
+#: elements whose expressions may have derivatives and integrals in time
+_REMEMBERING = frozenset("begfh")
 #: model types whose standard values are a usable device
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
 
@@ -62,6 +65,8 @@ class Expander:
         self.elements: list[Element] = []
         self.places: dict[str, Span] = {}
         self.cards: list[tuple[str, Line, Scope]] = []
+        #: voltages at the operating point of what integrates
+        self.initial: dict[str, Param] = {}
         #: names that elements with errors would have declared
         self.doubtful = findings.doubtful
         self._findings = findings
@@ -147,6 +152,12 @@ class Expander:
         if given is None or isinstance(given, float):
             value = given
         else:
+            if item.letter in _REMEMBERING and has_memory(given.node):
+                given, storage, initial = without_memory(item.name, given, scope)
+                for part in storage:
+                    self._claim(part.name, part.name[len(scope.prefix) :], part.span)
+                self.elements += storage
+                self.initial.update(initial)
             thermal = bool(item.quantity)
             value = scope.expression(given, item.letter in "lr", thermal, _own(item, nodes))
         if scope.prefix:

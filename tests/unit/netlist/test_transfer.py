@@ -87,3 +87,29 @@ def test_quotients_by_hand() -> None:
     )
     with pytest.raises(NoRational):
         rational(call("sin", s))
+
+
+@pytest.mark.parametrize("start", ["", "uic"])
+def test_derivatives_and_integrals(start: str) -> None:
+    text = (
+        "t\nV1 a 0 SIN(1 2 1k)\nB1 d 0 V=ddt(v(a))*1m\nB2 i 0 V=idt(v(a), 0.5)\n"
+        "E3 s 0 VALUE={2*SDT(V(a)-1)+v(d)}\nX1 a q inner\n.subckt inner p q\n"
+        "G1 0 q VALUE={ddt(idt(v(p)))}\nR1 q 0 1\n.ends\n"
+    )
+    (run,) = read(f"{text}.tran 10u 2m {start}\n").run()
+    t, w = run.axis, 2e3 * np.pi
+    assert run["v(d)"] == pytest.approx(2e-3 * w * np.cos(w * t), abs=1e-12)
+    assert run["v(i)"] == pytest.approx(0.5 + t + 2 / w * (1 - np.cos(w * t)), abs=1e-14)
+    assert run["v(s)"] - run["v(d)"] == pytest.approx(4 / w * (1 - np.cos(w * t)), abs=1e-13)
+    assert run["v(q)"] == pytest.approx(run["v(a)"], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("law", "code"),
+    [("ddt()", "NS1022"), ("ddt(v(a), 1)", "NS1022"), ("idt(v(a), v(a))", "NS1025"),
+     ("idt(v(a), 1, 2)", "NS1022"), ("ddt(v(nowhere))", "NS1071")],
+)  # fmt: skip
+def test_wrong_derivatives(law: str, code: str) -> None:
+    with pytest.raises(NetlistError) as caught:
+        read(f"t\nV1 a 0 1\nB1 b 0 V={law}\n")
+    assert caught.value.diagnostics[0].code == code
