@@ -76,6 +76,7 @@ def label_apart(
                 arrowprops=line if down else None,
                 **style,
             )
+            note.get_window_extent()  # puts it next to its point
             box = Text.get_window_extent(note).padded(1.0)  # without the line to its point
             if down == tries[-1] or not any(box.overlaps(other) for other in taken):
                 break

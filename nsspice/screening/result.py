@@ -17,6 +17,9 @@ _TYPE = re.compile(r"\s*\.model\s+\S+\s+[^\s(]+\s*\(?", re.IGNORECASE)
 
 Verdict = Literal["drop", "keep", "no cost", "needed", "not tried"]
 
+#: ratio of times beyond which a picture has a logarithmic axis
+_FAR = 5.0
+
 
 @dataclass(frozen=True, slots=True)
 class EffectRow:
@@ -212,7 +215,7 @@ class EffectsReport:
         -------
         matplotlib.figure.Figure
         """
-        from ..output.axes import label_apart
+        from ..output.axes import decades, label_apart
         from ..output.plot import COLOURS, check_format, new_figure, plain_text, save_figure
 
         if path is not None:
@@ -231,7 +234,9 @@ class EffectsReport:
         panel.axhline(self.tol, color="0.4", linestyle="--", linewidth=1.0)
         panel.text(0.99, self.tol, "tolerance ", ha="right", va="bottom", fontsize=8,
                    transform=panel.get_yaxis_transform())  # fmt: skip
-        panel.set_xscale("log")
+        factors = [row.factor for row in self.rows if row.factor > 0.0]
+        if factors and max(factors) > _FAR * min(factors):
+            decades(panel.xaxis)
         panel.set_yscale("log")
         panel.set_xlabel("faster without it")
         panel.set_ylabel("change of measures without it")

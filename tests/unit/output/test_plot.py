@@ -345,7 +345,12 @@ def test_names_of_points_do_not_overlap():
     panel.plot([0.0, 1.0], [0.0, 1.0], "o")
     near = [(f"element_{k}", (0.5, 0.5 + 0.001 * k)) for k in range(12)]
     texts = label_apart(figure, panel, near)
+    figure.canvas.draw()
     boxes = [Text.get_window_extent(text) for text in texts]
+    # each is near its point, and what has room is not moved
+    assert all(abs(box.y0 - boxes[0].y0) < 250.0 for box in boxes)
+    (alone,) = label_apart(figure, panel, [("far", (0.1, 0.9))])
+    assert alone.arrow_patch is None
     assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
 
 
