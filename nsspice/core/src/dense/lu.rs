@@ -1,8 +1,42 @@
 //! LU factorisation of a small dense matrix with partial pivoting.
 
+use super::wide::widest;
 use crate::pivots::{Singular, Sizes, TRACE};
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
 use crate::sparse::Csc;
+
+/// Calls a function that is compiled for each size of a small matrix, or something else for a larger one.
+macro_rules! of_known_size {
+    ($size:expr, $name:ident($($arg:expr),*), $larger:expr) => {
+        match $size {
+            1 => $name::<1>($($arg),*),
+            2 => $name::<2>($($arg),*),
+            3 => $name::<3>($($arg),*),
+            4 => $name::<4>($($arg),*),
+            5 => $name::<5>($($arg),*),
+            6 => $name::<6>($($arg),*),
+            7 => $name::<7>($($arg),*),
+            8 => $name::<8>($($arg),*),
+            9 => $name::<9>($($arg),*),
+            10 => $name::<10>($($arg),*),
+            11 => $name::<11>($($arg),*),
+            12 => $name::<12>($($arg),*),
+            13 => $name::<13>($($arg),*),
+            14 => $name::<14>($($arg),*),
+            15 => $name::<15>($($arg),*),
+            16 => $name::<16>($($arg),*),
+            _ => $larger,
+        }
+    };
+}
+
+widest! {
+    fn eliminate_small<const N: usize>(lu: &mut DenseLu) = lu.eliminate_columns::<N>()
+}
+
+widest! {
+    fn substitute_small<const N: usize>(lu: &DenseLu, x: &mut [f64]) = lu.substitute::<N>(x)
+}
 
 /// `P A = L U`, stored over `A` column by column; refactoring reuses the storage.
 #[derive(Clone, Debug, Default)]
@@ -72,21 +106,16 @@ impl DenseLu {
             self.inverse.resize(n, 0.0);
         }
         fill(&mut self.lu);
-        match n {
-            1 if self.hold == 0.0 => self.eliminate_small::<1>(),
-            2 if self.hold == 0.0 => self.eliminate_small::<2>(),
-            3 if self.hold == 0.0 => self.eliminate_small::<3>(),
-            4 if self.hold == 0.0 => self.eliminate_small::<4>(),
-            5 if self.hold == 0.0 => self.eliminate_small::<5>(),
-            6 if self.hold == 0.0 => self.eliminate_small::<6>(),
-            7 if self.hold == 0.0 => self.eliminate_small::<7>(),
-            8 if self.hold == 0.0 => self.eliminate_small::<8>(),
-            _ => self.eliminate(),
+        if self.hold > 0.0 {
+            self.eliminate();
+        } else {
+            of_known_size!(n, eliminate_small(self), self.eliminate());
         }
     }
 
     /// As `eliminate` where nothing is held, with loops of known length.
-    fn eliminate_small<const N: usize>(&mut self) {
+    #[inline(always)]
+    fn eliminate_columns<const N: usize>(&mut self) {
         let (mut least, mut greatest) = (f64::INFINITY, 0.0f64);
         self.singular = None;
         self.put_off.clear();
@@ -274,17 +303,7 @@ impl DenseLu {
         self.singular().map_or(Ok(()), Err)?;
         let n = self.n;
         let x = &mut x[..n];
-        match n {
-            1 => self.substitute::<1>(x),
-            2 => self.substitute::<2>(x),
-            3 => self.substitute::<3>(x),
-            4 => self.substitute::<4>(x),
-            5 => self.substitute::<5>(x),
-            6 => self.substitute::<6>(x),
-            7 => self.substitute::<7>(x),
-            8 => self.substitute::<8>(x),
-            _ => self.substitute_any(x),
-        }
+        of_known_size!(n, substitute_small(self, x), self.substitute_any(x));
         for &(k, other) in self.put_off.iter().rev() {
             x.swap(k, other);
         }
@@ -311,22 +330,24 @@ impl DenseLu {
     }
 
     /// As `substitute_any`, with loops of known length.
+    #[inline(always)]
     fn substitute<const N: usize>(&self, x: &mut [f64]) {
         let (columns, inverse) = (&self.lu.as_chunks::<N>().0[..N], &self.inverse[..N]);
         let Some(x) = x.first_chunk_mut::<N>() else { return };
         for (k, (column, &p)) in columns.iter().zip(&self.swap).enumerate() {
             x.swap(k, p);
             let f = x[k];
-            for i in k + 1..N {
-                x[i] -= column[i] * f;
+            // all rows, of which those that are done stay: registers are filled without remainders
+            for i in 0..N {
+                x[i] = if i > k { x[i] - column[i] * f } else { x[i] };
             }
         }
         for k in (0..N).rev() {
             let f = x[k] * inverse[k];
-            x[k] = f;
-            for i in 0..k {
-                x[i] -= columns[k][i] * f;
+            for i in 0..N {
+                x[i] = if i < k { x[i] - columns[k][i] * f } else { x[i] };
             }
+            x[k] = f;
         }
     }
 

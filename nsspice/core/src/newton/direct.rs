@@ -6,7 +6,7 @@
 
 use super::equations::Equations;
 use super::linear::{Derivative, Rows};
-use crate::dense::DenseLu;
+use crate::dense::PlannedLu;
 use crate::rounding::OF_SOLUTION;
 
 /// Numbers as functions of the derivatives.
@@ -49,7 +49,7 @@ pub(super) struct Direct {
     /// reciprocals of the diagonal outside of the block; the least and the largest entry there
     inverse: Vec<f64>,
     sizes: [f64; 2],
-    lu: DenseLu,
+    lu: PlannedLu,
 }
 
 /// What comes in an entry of the Jacobian.
@@ -162,6 +162,11 @@ impl Direct {
             let part = if is_inside { &mut inside } else { &mut outside };
             part.slopes.push((index as u32, e.slot, e.factor * weight[k]));
         }
+        let slopes = inside.slopes.iter().map(|e| e.0 as usize);
+        let mut there: Vec<bool> = inside.linear.iter().map(|v| *v != 0.0).collect();
+        // pairs that block have nothing but their own current in their rows
+        let own = (0..inner).map(|k| k * (inner + 1));
+        slopes.chain(own).for_each(|at| there[at] = true);
         let scaled = |k: usize| order[k].iter().map(|&i| (i as u32, scales[k][i])).collect();
         Direct {
             rows: scaled(0),
@@ -171,7 +176,7 @@ impl Direct {
             values: outside.linear.clone(),
             before: before.map(|e| e.0),
             after: after.map(|e| e.0),
-            lu: DenseLu::default(),
+            lu: PlannedLu::new(inner, there),
             inside,
             outside,
             inverse,
@@ -188,7 +193,7 @@ impl Direct {
             let own = self.before.list.iter().zip(&mut *values).filter(|e| *e.0 as usize == row);
             own.for_each(|(_, v)| *v = 0.0);
         }
-        lu.factor_by(inner, |lu| {
+        let regular = lu.factor_by(|lu| {
             inside.write(slopes, lu);
             // rows and columns of pairs are at the end of the block, in the same order
             for (row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
@@ -198,14 +203,13 @@ impl Direct {
             }
         });
         let [least, greatest] = lu.extremes();
-        lu.singular().is_none()
-            && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
+        regular && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
     }
 
     /// `x := J^-1 x` in physical units in the mode factorised last.
     pub fn solve(&self, active: &[bool], x: &mut [f64], work: &mut [f64]) {
         let (size, [begin, end]) = (x.len(), self.block);
-        let work = &mut work[..size];
+        let (work, scratch) = work.split_at_mut(size);
         for (w, &(r, scale)) in work.iter_mut().zip(&self.rows) {
             *w = x[r as usize] * scale;
         }
@@ -225,8 +229,7 @@ impl Direct {
                 rows.iter().zip(own).for_each(|(&r, v)| work[r as usize] -= v * f);
             }
         }
-        // singular factors are not solved with
-        let _ = self.lu.solve(&mut work[begin..end]);
+        self.lu.solve(&mut work[begin..end], scratch);
         for k in end..size {
             let columns = self.after.row(k - end);
             let (own, others) = values.split_at(columns.len());

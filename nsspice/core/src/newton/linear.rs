@@ -303,21 +303,27 @@ impl Assembly {
         self.rescale(eq) && self.try_factorise(eq, active, 0.0)
     }
 
-    /// Computes the scaled Jacobian, the columns that have changed, the largest entry and the largest of
-    /// that column in which it is least.
-    fn fill(&mut self) -> [f64; 2] {
+    /// Computes the scaled Jacobian of the mode, in which pairs that block have no current, the columns that have
+    /// changed, the largest entry and the largest of that column in which it is least.
+    fn fill(&mut self, n: usize) -> [f64; 2] {
         let [mut largest, mut least] = [0.0f64, f64::INFINITY];
-        let Assembly { jacobian, values, scaling: Scaling { weight, .. }, dirty, .. } = self;
+        let Assembly { jacobian, values, scaling: Scaling { weight, .. }, dirty, active, .. } =
+            self;
         dirty.clear();
         for c in 0..jacobian.ncols {
             let range = jacobian.colptr[c]..jacobian.colptr[c + 1];
-            let new = values[range.clone()].iter().zip(&weight[range.clone()]);
+            let rows = &jacobian.rowidx[range.clone()];
+            let new = values[range.clone()].iter().zip(&weight[range.clone()]).zip(rows);
             let (mut changed, mut size) = (false, 0.0f64);
-            for (j, (v, w)) in jacobian.values[range].iter_mut().zip(new) {
-                let value = v * w;
+            for (j, ((v, w), &row)) in jacobian.values[range].iter_mut().zip(new) {
+                let blocks = row >= n && !active[row - n];
+                let value = match blocks {
+                    true => f64::from(u8::from(row == c)),
+                    false => v * w,
+                };
                 changed |= *j != value;
                 *j = value;
-                size = size.max(value.abs());
+                size = size.max((v * w).abs());
             }
             (largest, least) = (largest.max(size), least.min(size));
             if changed {
@@ -329,23 +335,15 @@ impl Assembly {
 
     fn try_factorise(&mut self, eq: &Equations, active: &[bool], hold: f64) -> bool {
         self.active.copy_from_slice(active);
-        let [largest, least] = self.fill();
+        let [largest, least] = self.fill(eq.n);
         let badly = largest > BADLY_SCALED || BADLY_SCALED * least < 1.0;
         if hold > 0.0 && badly && self.rescale(eq) {
-            self.fill();
-        }
-        let (n, jacobian_size) = (eq.n, self.jacobian.ncols);
-        let jacobian = &mut self.jacobian.values;
-        for (i, _) in active.iter().enumerate().filter(|(_, &a)| !a) {
-            for &(_, at) in eq.ordering.row(n + i) {
-                jacobian[at as usize] = 0.0;
-            }
-            jacobian[eq.diagonal[n + i] as usize] = 1.0;
+            self.fill(eq.n);
         }
         match &mut self.factor {
             Some(factor) => {
                 factor.set_hold(hold);
-                if n == jacobian_size && hold == self.hold && !self.directly {
+                if hold == self.hold && !self.directly {
                     factor.refactor_columns(&self.jacobian, &self.dirty);
                 } else {
                     factor.refactor(&self.jacobian);

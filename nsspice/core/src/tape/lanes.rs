@@ -35,6 +35,10 @@ const L: [f64; 7] = [
 /// `exp(x) - 1` and `exp(x)`; zero below the range of normal numbers, infinite above.
 #[inline(always)]
 pub(super) fn growth<const W: usize>(x: &Lanes<W>) -> (Lanes<W>, Lanes<W>) {
+    // junctions far below their knees, and above their breakdown: mostly all of them are
+    if x.iter().all(|x| *x < RANGE[0]) {
+        return ([-1.0; W], [0.0; W]);
+    }
     let (mut grown, mut power) = ([0.0; W], [0.0; W]);
     for i in 0..W {
         let (one, all) = one_growth(x[i]);
@@ -46,7 +50,8 @@ pub(super) fn growth<const W: usize>(x: &Lanes<W>) -> (Lanes<W>, Lanes<W>) {
 
 #[inline(always)]
 fn one_growth(x: f64) -> (f64, f64) {
-    let inside = if x < RANGE[0] { RANGE[0] } else { x }; // NaN stays
+    // NaN stays; below the range anything else will do, but subnormal numbers take a hundred times as long
+    let inside = if x < RANGE[0] { 0.0 } else { x };
     let shifted = inside * std::f64::consts::LOG2_E + ROUND;
     let k = shifted - ROUND;
     let (high, low) = (inside - k * LN2_HIGH, k * LN2_LOW);
@@ -57,7 +62,7 @@ fn one_growth(x: f64) -> (f64, f64) {
     let scale = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     let scaled = scale * rest;
     let (grown, power) = (scaled + (scale - 1.0), scaled + scale);
-    let power = if x < RANGE[0] { 0.0 } else { power };
+    let (grown, power) = if x < RANGE[0] { (-1.0, 0.0) } else { (grown, power) };
     if x > RANGE[1] {
         (f64::INFINITY, f64::INFINITY)
     } else {
