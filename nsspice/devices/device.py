@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
@@ -288,7 +288,12 @@ def own_signals(element: Element) -> dict[str, float]:
     """
     if element.letter != "c":
         return {"i": 1.0, f"i({element.name})": 1.0}
-    a, b = element.nodes
+    return own_voltages(element.nodes)
+
+
+def own_voltages(nodes: Sequence[str]) -> dict[str, float]:
+    """Return the names of the voltage between the first two nodes of an element, with signs."""
+    a, b, *_ = nodes
     own = {f"v({a},{b})": 1.0, f"v({b},{a})": -1.0}
     if b == "0":
         own[f"v({a})"] = 1.0

@@ -127,10 +127,9 @@ class ExpressionCheck:
         points = _Points(time, records.z, records.lam, records.u)
         self._check_tape(points)
         if not self._averaged:
-            steps = np.diff(time, prepend=-np.inf)
             for state in self._stated:
                 if not state.jumps:
-                    self._judge(state, state.off(points, self._sizes, steps))
+                    self._judge(state, state.off(points, self._sizes, records.length))
         if self._pointwise and self._compared:
             last = np.append(time[1:] != time[:-1], True)
             for comparison in self._compared:

@@ -18,12 +18,14 @@ from ...problems.descriptor import Functional
 from ..behaviour import linear_form
 from ..carrier import Carrier
 from ..coefficients import LINE, Coefficients
-from ..device import NO_VALUES, Context, Device, Edge, check_flags
+from ..device import NO_VALUES, Context, Device, Edge, check_flags, own_voltages
 from ..effect import Effect
 from ..outputs import scaled
 from ..parameter import Parameter, Table, inert, refused
 from ..signals import register_of, shown
 from ..stamper import Layout, Stamper
+from .broken_conductor import BrokenConductor, conduction_of
+from .broken_line import broken_line
 from .comparators import Comparator, split
 from .expression_nodes import InnerNodes
 from .linear_terms import constant_column, linear_output, time_columns
@@ -169,18 +171,31 @@ class Behavioural(Reading):
 
     KIND = "behavioural source"
     INSTANCE = _CURRENT
-    __slots__ = ("keeps", "m", "quantity", "shows_current")
+    __slots__ = ("conductor", "keeps", "m", "quantity", "shows_current")
 
     def __init__(
         self, element: Element, expression: Expression, given: Mapping[str, float]
     ) -> None:
         super().__init__(element, expression, given)
         self.quantity = element.quantity
+        #: the same element as a resistance, None if it is no rising broken line of its own voltage
+        self.conductor: BrokenConductor | None = None
         self.m = given.get("m", 1.0)
         #: a current source whose current others read has it as an unknown
         self.keeps = False
         self.shows_current = self.quantity == "v"
         self.effects = self.described()
+        own = own_voltages(element.nodes)
+        if self.quantity == "i" and self.kinked and expression.variables() <= set(own):
+            conduction = conduction_of(broken_line(expression.node, own))
+            if conduction is not None:
+                self.conductor = BrokenConductor(self, conduction)
+
+    def written(self, pairs: bool) -> Device:  # type: ignore[override]
+        """Return the element with its kinks as pairs, or on the tape."""
+        if pairs and self.conductor is not None and not self.keeps:
+            return self.conductor
+        return super().written(pairs)
 
     def described(self) -> tuple[Effect, ...]:
         """Return the effects of the law as it is written."""
@@ -247,6 +262,8 @@ class Behavioural(Reading):
         """Return the unknown, the function, or the linear combination that is the current."""
         if self.name in layout.branches:
             return layout.branch(self.name)
+        if self.conductor is not None and self.conductor.stands_in(layout):
+            return self.conductor.current(layout)
         weight = self.m * self.coefficients.factor(layout.conditions)
         if self.form is not None:
             return scaled(self.linear(layout), weight)

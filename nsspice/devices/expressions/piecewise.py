@@ -277,9 +277,12 @@ class _PiecewiseReader(Reader):
                 continue
             rise = (y1 - y0) / (x1 - x0)
             if rise != last:
-                # the first point is where the line begins, at which `inside` stops
-                beyond = inside if x0 == places[0] else self._limited(inside, num(x0), None)
-                terms.append(mul([num(rise - last), difference(beyond, num(x0))]))
+                # the first point is where the line begins, at which `inside` stops; from a point
+                # on, so that steep pieces are exactly zero before and leave small values alone
+                beyond = difference(inside, num(x0))
+                if x0 > places[0]:
+                    beyond = self._limited(beyond, ZERO, None)
+                terms.append(mul([num(rise - last), beyond]))
             last = rise
         return add(terms)
 

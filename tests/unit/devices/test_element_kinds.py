@@ -37,6 +37,7 @@ EXAMPLES = {
     "Vccs": "Gx a 0 a 0 2",
     "Ccvs": "Hx b 0 V1 2\nRb b 0 1",
     "Behavioural": "Bx a 0 I={V(a)^3}",
+    "BrokenConductor": "Bx a 0 I={max(V(a), 0)}",
     "Diode": "Dx a 0",
     "JunctionDiode": "Dx a 0 card\n.model card D(IS=1e-14)",
     "Thyristor": "Dx a 0 g card\nRg g 0 1\n.model card SCR(Vfwd=1 Vbo=100 Ih=1m Igt=1m)",
