@@ -100,6 +100,14 @@ impl Engine {
     /// The balance of energy up to the end of the present segment, if all of it was added up.
     pub fn balance(&mut self) -> Option<Balance> {
         let mut sums = self.energy_balance.sums.clone()?;
+        if self.expanded.active {
+            let length = if self.span.time < self.plan.stop { 1.0 } else { 0.0 };
+            if length > 0.0 {
+                self.add_energies(&mut sums);
+            }
+            let (z, _) = self.expanded_state(length * (self.span.end - self.span.time));
+            return Some(sums.balance(&z));
+        }
         let mut a = self.state.a.clone();
         if let (Phase::Moving, Some((id, mode)), true) =
             (&self.span.phase, self.motion.present.clone(), self.span.time < self.plan.stop)

@@ -104,6 +104,21 @@ impl Segment {
         self.turn(v, out);
     }
 
+    /// `[1; inputs]` at a time since the start.
+    pub fn at(&self, time: f64, out: &mut [f64]) {
+        for ((v, level), slope) in out.iter_mut().zip(&self.level).zip(&self.slope) {
+            *v = level + slope * time;
+        }
+        for tone in &self.tones {
+            let (size, angle) = ((tone.rate.re * time).exp(), tone.rate.im * time);
+            let turned = complex(size * angle.cos(), size * angle.sin()) * tone.start;
+            (out[tone.index], out[tone.index + 1]) = (turned.im, turned.re);
+        }
+        for decay in &self.decays {
+            out[decay.index] = (decay.rate * time).exp() * decay.start;
+        }
+    }
+
     /// Second derivatives of `[1; inputs]` where their rates are `d`.
     pub fn curvatures(&self, d: &[f64], out: &mut Vec<f64>) {
         out.clear();

@@ -105,6 +105,9 @@ impl Engine {
 
     /// The same at a part of the segment; between segments, at the present time.
     fn state_within(&mut self, part: f64) -> (Vec<f64>, Vec<f64>) {
+        if self.expanded.active {
+            return self.expanded_state(part * (self.span.end - self.span.time));
+        }
         let (Phase::Moving, Some((_, mode))) = (&self.span.phase, self.motion.present.clone())
         else {
             return (self.state.z.clone(), self.state.l.clone());

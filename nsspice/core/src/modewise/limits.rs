@@ -55,7 +55,7 @@ impl Engine {
         if !matches!(self.span.phase, Phase::Moving) {
             return (!begin).then(|| self.table.stepped.clone());
         }
-        if !begin {
+        if !begin && !self.expanded.active {
             self.motion.path.state(&self.motion.point, &mut self.state.x);
             self.motion.path.inputs(&self.motion.segment, &self.motion.point, &mut self.state.v);
         }
@@ -68,6 +68,10 @@ impl Engine {
     /// Evaluates the outputs at the end of the segment (`left`), whose state and inputs are known, or
     /// at its start.
     fn sample(&mut self, left: bool, row: &mut [f64]) {
+        if self.expanded.active {
+            let time = if left { self.span.end - self.span.time } else { 0.0 };
+            return self.write_expanded(time, &mut row[1..]);
+        }
         let Motion { present, path, segment, point: end } = &self.motion;
         let (Table { outputs, ends, .. }, State { x, v, .. }) = (&mut self.table, &self.state);
         let Some((id, mode)) = present else { return };

@@ -15,6 +15,10 @@ pub const POINTS: usize = 12;
 /// `2 (1.4 / 4)^12 / 12! = 1.4e-14` of it at most.
 const REACH: f64 = 1.4;
 
+/// Parts of a segment by series, whose terms fall below rounding at its end, in which a polynomial through the points
+/// follows it: `16^-12 = 4e-15`.
+const SERIES: f64 = 16.0;
+
 impl Engine {
     /// Keeps some outputs between two instants as polynomials.
     pub fn keep_pieces(&mut self, outputs: Vec<usize>, window: [f64; 2]) {
@@ -74,6 +78,9 @@ impl Engine {
 
     /// How long a piece from a time on may be at least, for all terms.
     fn sure(&self, at: f64, rest: f64) -> f64 {
+        if self.expanded.active {
+            return rest / SERIES;
+        }
         self.motion.path.terms.iter().fold(rest, |width, placed| {
             let (speed, growth) = (placed.term.speed(), placed.term.growth());
             if speed == 0.0 {

@@ -98,6 +98,11 @@ impl Registry {
         &self.entries[id].gates
     }
 
+    /// Whether a mode is reduced already.
+    pub fn is_made(&self, id: Id) -> bool {
+        self.entries[id].made.is_some()
+    }
+
     /// The reduced mode, or why there is none.
     pub fn mode(
         &mut self,

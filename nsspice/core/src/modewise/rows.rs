@@ -135,6 +135,9 @@ impl Engine {
     /// Writes the next rows as far as they lie inside the segment and there is room for them;
     /// returns their number.
     pub(super) fn write_rows(&mut self, out: &mut [f64]) -> usize {
+        if self.expanded.active {
+            return self.expanded_rows(out);
+        }
         let count = self.write_next_rows(out);
         if self.table.refers {
             self.refer(&out[..count * self.columns()]);
@@ -240,6 +243,9 @@ impl Engine {
 
     /// Writes the outputs at one time since the start of the segment, behind the first column.
     pub(super) fn write_inside(&mut self, time: f64, row: &mut [f64]) {
+        if self.expanded.active {
+            return self.write_expanded(time, &mut row[1..]);
+        }
         self.table.inside.times.clear();
         self.table.inside.times.push(time);
         let Motion { present, path, segment, .. } = &self.motion;

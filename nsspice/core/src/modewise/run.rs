@@ -3,6 +3,7 @@
 use super::accumulation::Accumulation;
 use super::at_threshold::Control;
 use super::energy_balance::EnergyBalance;
+use super::expanded::Expanded;
 use super::implicit_step::Implicit;
 use super::implicit_steps::Stepped;
 use super::log::{Log, Statistics};
@@ -47,7 +48,8 @@ pub struct Engine {
     pub(super) span: Span,
     pub(super) state: State,
     pub(super) accumulation: Accumulation,
-    checked: Vec<bool>,
+    pub(super) checked: Vec<bool>,
+    pub(super) expanded: Expanded,
     pub(super) samples: Samples,
     pub(super) along: Along,
     pub(super) energy_balance: EnergyBalance,
@@ -78,6 +80,7 @@ impl Engine {
             state: State::new(net, count),
             accumulation: Accumulation::default(),
             checked: Vec::new(),
+            expanded: Expanded::default(),
             samples: Samples::default(),
             along: Along::default(),
             energy_balance: EnergyBalance::default(),
@@ -120,10 +123,14 @@ impl Engine {
         self.span.time = 0.0;
         self.guess_scale();
         self.motion.present = None;
+        self.prepare_series();
         self.enter_known(active);
         self.begin(&[])?;
-        let id = self.present_id();
-        self.log.begin(self.registry.on(id));
+        let on = match self.expanded_pairs() {
+            Some(on) => on,
+            None => self.registry.on(self.present_id()).to_vec(),
+        };
+        self.log.begin(&on);
         Ok(())
     }
 
@@ -186,6 +193,9 @@ impl Engine {
     /// guards of the mode so far that have come to their end.
     pub(super) fn begin(&mut self, crossing: &[usize]) -> Result<(), Failure> {
         let horizon = self.begin_inputs();
+        if self.begin_expanded(crossing, horizon) {
+            return Ok(());
+        }
         self.throw_by_inputs();
         let mut crossing: &[usize] = crossing;
         let mut struck = false;
@@ -344,6 +354,9 @@ impl Engine {
 
     /// Leaves the segment: state at its end, and on.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
+        if self.expanded.active {
+            return self.finish_expanded();
+        }
         let Some((id, mode)) = self.motion.present.clone() else { return Ok(()) };
         self.see_controls(&mode);
         self.motion.path.state(&self.motion.point, &mut self.state.x);

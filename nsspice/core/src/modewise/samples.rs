@@ -106,6 +106,33 @@ impl Default for Samples {
     }
 }
 
+/// The rule by which intervals are recorded.
+pub(super) fn rule() -> ([f64; 6], [f64; 6]) {
+    (NODES, WEIGHTS)
+}
+
+impl Samples {
+    /// Whether one interval of a segment of this length is to be recorded, `fresh` if its mode has not been met before.
+    pub fn takes(&mut self, length: f64, fresh: bool) -> bool {
+        if !self.watches || length <= 0.0 {
+            return false;
+        }
+        self.tokens = (self.tokens + 1).min(STOCK);
+        let first = fresh && self.modes < FIRST_MODES;
+        self.modes += usize::from(fresh);
+        if !first && self.tokens < PRICE {
+            return false;
+        }
+        self.tokens = self.tokens.saturating_sub(PRICE);
+        true
+    }
+
+    /// Nothing is known of where the last motion ended.
+    pub fn forget_end(&mut self) {
+        self.left.clear();
+    }
+}
+
 impl Engine {
     /// Whether points are left for those who check the run.
     pub fn watch(&mut self, watches: bool) {

@@ -74,6 +74,20 @@ impl Engine {
 
     /// Looks at the segment that has been begun, of this length and found in so many intervals.
     pub(super) fn look_along(&mut self, mode: &Mode, length: f64, intervals: u64) {
+        let (fastest, doubt) = (mode.fastest, self.doubt(mode));
+        let nearest = self.event_search.nearest();
+        self.look_at(Some(mode), (&mode.active, fastest, doubt), length, intervals, nearest);
+    }
+
+    /// Looks at the segment that has been begun, in a mode or by a series.
+    pub(super) fn look_at(
+        &mut self,
+        mode: Option<&Mode>,
+        (active, fastest, doubt): (&[usize], f64, f64),
+        length: f64,
+        intervals: u64,
+        nearest: Option<f64>,
+    ) {
         if length <= 0.0 || self.span.time >= self.plan.stop {
             return;
         }
@@ -83,14 +97,9 @@ impl Engine {
             true => Vec::new(),
             false => roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates),
         };
-        along.list(length, 1 + intervals / EVERY, self.event_search.nearest());
-        let segment = Segment {
-            roles: &roles,
-            sampled: &self.control.sampling.on,
-            active: &mode.active,
-            fastest: mode.fastest,
-            doubt: self.doubt(mode),
-        };
+        along.list(length, 1 + intervals / EVERY, nearest);
+        let sampled = self.control.sampling.on.clone();
+        let segment = Segment { roles: &roles, sampled: &sampled, active, fastest, doubt };
         // the beginning has the sources of the end before it, but for their edges
         self.find(&mut along, mode, 0.0);
         let mut right = judge.glance([&along.found.z, &along.found.l], segment);
@@ -120,9 +129,13 @@ impl Engine {
         self.along.judge = Some(judge);
     }
 
-    /// Finds what the closed form says at a time since the start of the segment.
-    fn find(&self, along: &mut Along, mode: &Mode, t: f64) {
+    /// Finds what the closed form, or the series, says at a time since the start of the segment.
+    fn find(&mut self, along: &mut Along, mode: Option<&Mode>, t: f64) {
         let Along { maps, found, .. } = along;
+        let Some(mode) = mode else {
+            let Found { z, l, u, .. } = found;
+            return self.expanded_into(t, [z, l, u]);
+        };
         let Found { point, x, v, d, a, b, z, l, u } = found;
         let (path, segment, net) = (&self.motion.path, &self.motion.segment, &self.prepared.net);
         x.resize(mode.n, 0.0);

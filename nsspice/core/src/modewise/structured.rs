@@ -42,7 +42,7 @@ impl Picker {
         }
         let picked = match self.attempt(scene, registry, id, &now, scale, path) {
             Ok(mode) => Some(Picked { id, mode }),
-            Err(Finding::Guard(..)) => {
+            Err(Finding::Guard(..) | Finding::Signs) => {
                 self.neighbours(scene, registry, id, gates, &now, scale, path)
             }
             Err(_) => None,

@@ -5,9 +5,12 @@ use super::inputs::Segment;
 use super::mode::{Mode, Watch};
 use super::prepared::Prepared;
 use super::registry::{fingerprint, Id, Registry};
+use super::series::scout::{Present, Refuted, Scout};
+use super::series::tableau::Tableau;
 use super::trajectory::Trajectory;
 use super::verify::{Finding, Scale, Verifier, OF_IMPULSE};
 use crate::mlcp::Role;
+use crate::structure::Elements;
 use crate::switch::Switch;
 use crate::tolerances::LOST_BEYOND;
 use std::sync::Arc;
@@ -16,6 +19,8 @@ use std::sync::Arc;
 const LENGTHS: [f64; 6] = [1.0, 1e2, 1e4, 1e-3, 1e6, 1e8];
 /// Jumps in a row at one instant.
 const PHASES: usize = 6;
+/// Unknowns and pairs up to which modes are reduced without a look at signs.
+const SMALL: usize = 64;
 /// How often the noise of such a mode is widened.
 const ASKED_AGAIN: usize = 4;
 
@@ -73,6 +78,8 @@ pub struct Picker {
     candidates: Vec<Candidate>,
     /// the last reason for which a mode could not be reduced
     pub trouble: Option<String>,
+    /// judges modes before they are reduced, if the structure of the network is known
+    scout: Option<Option<Scout>>,
 }
 
 /// Role of each pair for given switch states.
@@ -95,6 +102,43 @@ pub(super) fn fix(switches: &[Switch], gates: &[bool], on: &mut [bool]) {
 }
 
 impl Picker {
+    /// What the signs of one solve say against a mode that has not been reduced.
+    fn refuted(
+        &mut self,
+        scene: &Scene,
+        registry: &Registry,
+        id: Id,
+        a: &[f64],
+        scale: &Scale,
+    ) -> Option<Refuted> {
+        let Prepared { sys, net, switches, .. } = scene.prepared;
+        // small modes are reduced, and neighbours derived, in hardly more time than a sparse matrix is factorised
+        let derived = net.symmetric && switches.is_empty();
+        if registry.is_made(id) || derived || net.n + net.m <= SMALL {
+            return None;
+        }
+        let make = || {
+            let elements =
+                Elements::read(&sys.linear, &sys.capacitors, &sys.conductors, &sys.coordinates)?;
+            Some(Scout::new(Tableau::new(elements, &sys.linear.q)?))
+        };
+        let scout = self.scout.get_or_insert_with(make).as_mut()?;
+        let mut z = vec![0.0; net.n];
+        net.big_r.apply(a, &mut z);
+        let segment = scene.segment;
+        let mut bending = Vec::new();
+        segment.curvatures(&segment.rate, &mut bending);
+        let [driven, rising, bending, most] = [&segment.now, &segment.rate, &bending, &scale.v]
+            .map(|v| {
+                let mut out = vec![0.0; net.n];
+                net.s.apply(v, &mut out);
+                out
+            });
+        let roles = roles(net.m, switches, registry.gates(id));
+        let present = Present { z: &z, sources: [&driven, &rising, &bending], most: &most };
+        scout.refute(registry.on(id), &roles, &present)
+    }
+
     pub(super) fn attempt(
         &mut self,
         scene: &Scene,
@@ -104,6 +148,9 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Result<Arc<Mode>, Finding> {
+        if self.refuted(scene, registry, id, a, scale).is_some() {
+            return Err(Finding::Signs);
+        }
         let mode = match registry.mode(id, &scene.prepared.net, &scene.prepared.switches) {
             Ok(mode) => mode,
             Err(reason) => {
@@ -214,7 +261,7 @@ impl Picker {
             let id = registry.id(&self.on, &self.gates);
             match self.attempt(scene, registry, id, a, scale, path) {
                 Ok(mode) => return Some(Picked { id, mode }),
-                Err(Finding::Guard(..)) if k == 0 => {
+                Err(Finding::Guard(..) | Finding::Signs) if k == 0 => {
                     let found = self.neighbours(scene, registry, id, gates, a, scale, path);
                     if found.is_some() {
                         return found;
@@ -278,11 +325,15 @@ impl Picker {
                         found = Some(Picked { id, mode });
                         break;
                     }
-                    Err(Finding::Guard(..)) => {
+                    Err(finding @ (Finding::Guard(..) | Finding::Signs)) => {
                         if let Some(picked) =
                             self.neighbours(scene, registry, id, gates, &now, scale, path)
                         {
                             found = Some(picked);
+                            break;
+                        }
+                        if finding == Finding::Signs {
+                            tried.push(id); // regular: no impulse leads into it
                             break;
                         }
                         // the impulse is right: jump, and look again
@@ -352,15 +403,24 @@ impl Picker {
     ) -> Option<Picked> {
         let mut current = id;
         let mut seen = vec![id];
-        for _ in 0..24 {
-            let mode =
-                registry.mode(current, &scene.prepared.net, &scene.prepared.switches).ok()?;
-            let Finding::Guard(worst, _) =
-                self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path)
-            else {
-                break;
+        let (mut reduced, most) = (0, 24 + 2 * scene.prepared.net.m);
+        while reduced < 24 && seen.len() < most {
+            let pair = match self.refuted(scene, registry, current, a, scale) {
+                Some(refuted) => refuted.worst,
+                None => {
+                    reduced += 1;
+                    let mode = registry
+                        .mode(current, &scene.prepared.net, &scene.prepared.switches)
+                        .ok()?;
+                    let Finding::Guard(worst, _) =
+                        self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path)
+                    else {
+                        break;
+                    };
+                    let Watch::Pair(pair) = mode.guards.watch[worst] else { break };
+                    pair
+                }
             };
-            let Watch::Pair(pair) = mode.guards.watch[worst] else { break };
             self.on.clear();
             self.on.extend_from_slice(registry.on(current));
             self.on[pair] = !self.on[pair];
@@ -374,18 +434,25 @@ impl Picker {
                 return Some(Picked { id: next, mode });
             }
         }
-        let mode = registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok()?;
-        self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
-        let zeros: Vec<usize> = self.verifier.zeros.iter().take(12).copied().collect();
-        for j in zeros {
-            if let Watch::Pair(pair) = mode.guards.watch[j] {
-                self.on.clear();
-                self.on.extend_from_slice(registry.on(id));
-                self.on[pair] = !self.on[pair];
-                let next = registry.id(&self.on, gates);
-                if let Ok(mode) = self.attempt(scene, registry, next, a, scale, path) {
-                    return Some(Picked { id: next, mode });
-                }
+        let zeros: Vec<usize> = match self.refuted(scene, registry, id, a, scale) {
+            Some(refuted) => refuted.zeros,
+            None => {
+                let mode = registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok()?;
+                self.verifier.verify(&mode, a, scene.segment, scene.horizon, scale, path);
+                let watched = |&j: &usize| match mode.guards.watch[j] {
+                    Watch::Pair(pair) => Some(pair),
+                    Watch::Switch(_) => None,
+                };
+                self.verifier.zeros.iter().take(12).filter_map(watched).collect()
+            }
+        };
+        for pair in zeros.into_iter().take(12) {
+            self.on.clear();
+            self.on.extend_from_slice(registry.on(id));
+            self.on[pair] = !self.on[pair];
+            let next = registry.id(&self.on, gates);
+            if let Ok(mode) = self.attempt(scene, registry, next, a, scale, path) {
+                return Some(Picked { id: next, mode });
             }
         }
         None

@@ -68,6 +68,8 @@ pub enum Finding {
     Impulse(f64),
     /// a guard is negative immediately, or soon: which, how much in units of its noise
     Guard(usize, f64),
+    /// the signs of one solve refute it, and it has not been reduced
+    Signs,
 }
 
 /// Work space.
