@@ -166,6 +166,25 @@ class Pieces:
             keep = (self.end >= start) & (self.begin <= stop)
         return Pieces(self.begin[keep], self.length[keep], self.values[:, keep])
 
+    def at(self, instants: Floats) -> Floats:
+        """Return the values at some instants, shape (k, c); not a number where there is no piece.
+
+        Examples
+        --------
+        >>> line = Pieces(np.zeros(1), np.array([2.0]), np.array([[[1.0, 5.0]]]))
+        >>> line.at(np.array([0.5, 3.0])).tolist()
+        [[2.0], [nan]]
+        """
+        index = np.searchsorted(self.end, instants)
+        inside = index < self.begin.size
+        inside[inside] = self.begin[index[inside]] <= instants[inside]
+        index = index[inside]
+        found = np.full((instants.size, self.values.shape[0]), np.nan)
+        part = (instants[inside] - self.begin[index]) / self.length[index]
+        factors = basis(self.points, np.clip(part, 0.0, 1.0))
+        found[inside] = np.einsum("kn,ckn->kc", factors, self.values[:, index])
+        return found
+
     def cut(self, edges: Floats, points: int) -> Floats:
         """Return the values at the points of the pieces between ``edges``, shape (c, k, points)."""
         middle = 0.5 * (edges[:-1] + edges[1:])

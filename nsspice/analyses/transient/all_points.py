@@ -30,7 +30,7 @@ def advance_points(
     """Advance all islands from point to point; return True if Ctrl-C stopped it.
 
     An instant that appears twice is a jump: before and after.  Islands with other instants are
-    interpolated there.
+    shown there by their closed forms or the polynomials of their steps.
 
     Raises
     ------
@@ -51,7 +51,8 @@ def advance_points(
                 rows, done = runners[k].advance_points(_ROWS)
             except Stopped as stopped:
                 rows, done, failed = stopped.rows, True, (runners[k], stopped.problem)
-            merger.add(k, rows.copy())
+            curves, runners[k].curves = runners[k].curves, []
+            merger.add(k, rows.copy(), curves)
             if failed is not None:
                 break
             if done:

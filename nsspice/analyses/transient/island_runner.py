@@ -109,12 +109,13 @@ class IslandRunner:
         self._wait = _WAIT // len(circuit.islands)
         #: rows on both sides of jumps, if they are wanted, and points between the rows
         self.sides: list[Floats] | None = [] if sides else None
-        #: outputs that are followed between the rows, and what was recorded of them
+        #: outputs that are followed between the rows
         self.followed: list[int] = []
         self._pieces: list[Floats] = []
         #: rows that are not handed on yet: those at extremes, and those of an interval which the
         #: engine has not left, whose extremes are still to come
         self._turns = np.empty((0, 1 + len(names)))
+        self.curves: list[Pieces] = []  # all signals as polynomials
         self._early: list[Floats] = []
         if all_points:
             self.followed = list(range(len(names)))
@@ -389,8 +390,8 @@ class IslandRunner:
             if self._watched is not None:
                 self._pieces.append(pieces)
             if self.all_points:
-                turns = turning_points(Pieces.of_record(pieces, len(self.followed)))
-                self._turns = np.concatenate([self._turns, turns])
+                self.curves.append(Pieces.of_record(pieces, len(self.followed)))
+                self._turns = np.concatenate([self._turns, turning_points(self.curves[-1])])
 
     @property
     def _polynomial(self) -> bool:

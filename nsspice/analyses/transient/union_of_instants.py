@@ -7,19 +7,23 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..signals.curve import Floats
+from ..signals.signal_function import Pieces
 
 
-def align(parts: Sequence[Floats]) -> Floats:
+def align(parts: Sequence[Floats], curves: Sequence[Sequence[Pieces]] = ()) -> Floats:
     """Return the points of all parts on all their instants.
 
     Each part has the time first; an instant that appears twice is a jump, before and after.  Where
-    a part has no point at an instant of another, it is interpolated; where it has one point at
-    the jump of another, that point is given on both sides.
+    a part has no point at an instant of another, it is what the engine has computed there, or else
+    a line between its points; where it has one point at the jump of another, that point is given on
+    both sides.
 
     Parameters
     ----------
     parts : sequence of ndarray, shape (k_i, 1 + c_i)
         At least one row each, times not falling.
+    curves : sequence, optional
+        Of each part: its signals as polynomials, as far as its engine has them.
 
     Returns
     -------
@@ -46,7 +50,7 @@ def align(parts: Sequence[Floats]) -> Floats:
     # number of the row among those of its instant
     turn = np.arange(which.size) - np.repeat(np.cumsum(repeats) - repeats, repeats)
     columns = [instants[which]]
-    for part, (first, count) in zip(parts, places, strict=True):
+    for number, (part, (first, count)) in enumerate(zip(parts, places, strict=True)):
         here = first[which] + np.minimum(turn, np.maximum(count[which] - 1, 0))
         present = count[which] > 0
         last = part.shape[0] - 1
@@ -59,6 +63,10 @@ def align(parts: Sequence[Floats]) -> Floats:
             width = np.where(t1 > t0, t1 - t0, 1.0)
             share = np.clip((t - t0) / width, 0.0, 1.0)[:, None]
             block[gaps] = part[left, 1:] * (1.0 - share) + part[right, 1:] * share
+            for curve in curves[number] if curves else ():
+                values = curve.at(t)
+                known = ~np.isnan(values).all(axis=1)
+                block[gaps[known]] = values[known]
         columns.append(block)
     return np.column_stack(columns)
 
@@ -77,10 +85,13 @@ class Merger:
         self._ended = [False] * len(widths)
         #: the last row of each part that was handed on, from which to interpolate
         self._before = [np.empty((0, width)) for width in widths]
+        self._curves: list[list[Pieces]] = [[] for _ in widths]
 
-    def add(self, part: int, rows: Floats) -> None:
-        """Take the next rows of a part."""
+    def add(self, part: int, rows: Floats, curves: Sequence[Pieces] = ()) -> None:
+        """Take the next rows of a part, and its signals as polynomials up to there."""
         self._waiting[part] = np.concatenate([self._waiting[part], rows])
+        if len(self._curves) > 1:
+            self._curves[part] += curves
 
     def end(self, part: int) -> None:
         """Note that a part has no more rows."""
@@ -110,6 +121,8 @@ class Merger:
             return np.empty((0, width))
         times = np.concatenate([head[:, 0] for head in heads])
         low, high = times.min(), times.max()
-        block = align(known)
+        block = align(known, self._curves)
         fresh: Floats = block[(block[:, 0] >= low) & (block[:, 0] <= high)]
+        for curves in self._curves:
+            curves[:] = [curve for curve in curves if curve.end[-1] > high]
         return fresh
