@@ -120,7 +120,7 @@ class ImplicitStepper(Stepper):
             raise UnsolvedStep(failure["time"], failure["residual"], None, failure["worst_row"])
         return self._first_jump()
 
-    def watch(self, every: int, window: int = 8, sides: bool = False, errors: bool = False) -> None:
+    def watch(self, every: int, window: int = 8, sides: bool = False) -> None:
         """Choose what is left for those who check the run; call it before the start.
 
         Parameters
@@ -131,10 +131,8 @@ class ImplicitStepper(Stepper):
             Steps recorded from each change of mode, that change included.
         sides : bool
             Keep rows on both sides of jumps, for :meth:`take_sides`.
-        errors : bool
-            Let the certificate find the errors of recorded steps with error control.
         """
-        self._core.watch(every, window, sides, errors)
+        self._core.watch(every, window, sides)
 
     def take_records(self) -> _core.Records:
         """Return the steps recorded since the last call."""

@@ -26,7 +26,6 @@ from ..certificate.hidden_motion import Between
 from ..certificate.impulses import jumps_of, shared_at_start
 from ..certificate.island_check import Examiner, sampling
 from ..certificate.regularity import Judge
-from ..certificate.strict import is_strict
 from ..request.cards import Tran
 from ..request.cost_hints import sentence
 from ..request.measured_signals import Watched
@@ -220,7 +219,7 @@ class IslandRunner:
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
         self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
-        stepper.watch(every, window, self.sides is not None, is_strict())
+        stepper.watch(every, window, self.sides is not None)
         self.examiner.auditor.accompany(stepper)
 
     @property

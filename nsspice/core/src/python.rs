@@ -230,10 +230,10 @@ impl PyStepper {
     }
 
     /// What to leave for the certificate: one of `every` steps, `window` steps from each change of
-    /// mode; `sides`: rows on both sides of jumps; `errors`: those of recorded steps with error control.
-    fn watch(&mut self, every: u64, window: u32, sides: bool, errors: bool) {
+    /// mode; `sides`: rows on both sides of jumps.
+    fn watch(&mut self, every: u64, window: u32, sides: bool) {
         let size = self.inner.state().0.len() + self.inner.state().1.len();
-        self.inner.recorder.samples = Samples::new(every, window, sides, size).with_errors(errors);
+        self.inner.recorder.samples = Samples::new(every, window, sides, size);
     }
 
     /// Records all steps with error control, for who goes along them once more.

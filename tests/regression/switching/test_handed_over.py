@@ -8,13 +8,13 @@ import pytest
 import nsspice
 from nsspice.analyses.transient import island_runner
 
-#: a nanohenry and a picofarad ring at 5 GHz while mains charge a capacitor: the diode rectifies
+#: tenths of a nanohenry and a picofarad ring at 50 GHz while mains charge a capacitor: the diode rectifies
 #: each period of it
-SNUBBER = """nanohenry and picofarad beside a mains period
+SNUBBER = """a tenth of both beside a mains period
 V1 in 0 SIN(0 300 50)
-L1 in a 1n IC=0
+L1 in a 0.1n IC=0
 D1 a o
-C2 a o 1p IC=0
+C2 a o 0.1p IC=0
 C1 o 0 1m IC=0
 R1 o 0 100
 .tran 20u 8m uic

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! up to the error of the quadrature.  By how much a step misses these equations is its error in charge and flux to
-//! first order: of its end and of its inside, where rows are written.  It is measured by what was asked of a step: the
-//! part `reltol` of the range of the charge (flux) and of what flows through the element meanwhile, or, where a
-//! function stores it, of the range of the voltage, times its slope.
+//! first order: of its end and of its inside, where rows are written.  A node that stores `C` and is held by a
+//! conductance `g` follows its equation of a step `(C + h g) v = ...`: of a charge that is missing there `C / (C + h g)`
+//! is left.  It is measured by what was asked of a step: the part `reltol` of the range of the charge (flux), or of the
+//! range of the potential (current) times what stores there.
 //!
 //! The nodes are those of Radau IIA with three stages, order five, one more than the steps (E. Hairer, G. Wanner,
 //! *Solving Ordinary Differential Equations II* (1996), section IV.5); its last node is the end of the step.  Neither
@@ -107,8 +108,9 @@ struct Laws {
     /// rows with a charge or flux
     storing: Vec<usize>,
     e: Entries,
-    /// capacitance or inductance of each row
+    /// capacitance or inductance of each row, and the conductance or resistance next to it
     own: Vec<f64>,
+    held: Vec<f64>,
     g: Entries,
     a: Entries,
     s: Entries,
@@ -127,14 +129,19 @@ impl Laws {
         let mut storing = vec![false; n];
         let functions = smooth.iter().flat_map(|[_, q]| q.places());
         e.places().chain(functions).for_each(|(row, _)| storing[row] = true);
-        let mut own = vec![0.0; n];
-        e.entries().filter(|e| e.0 == e.1).for_each(|(row, _, value)| own[row] = value.abs());
+        let diagonal = |of: &Entries| {
+            let mut out = vec![0.0; n];
+            of.entries().filter(|e| e.0 == e.1).for_each(|(row, _, v)| out[row] = f64::abs(v));
+            out
+        };
+        let [own, held] = [&e, &g].map(diagonal);
         Laws {
             reach: Reach::new(&linear.row_kind, m, &e, &g, &a, None),
             kinds: linear.row_kind.clone(),
             storing: (0..n).filter(|&row| storing[row]).collect(),
             e,
             own,
+            held,
             g,
             a,
             s,
@@ -153,18 +160,26 @@ impl Laws {
         }
     }
 
-    /// What flows at a point, and the sizes of its parts.
-    fn flow(&self, z: &[f64], node: &Node, [out, sizes]: [&mut Vec<f64>; 2]) {
+    /// What flows at a point.
+    fn flow(&self, z: &[f64], node: &Node, out: &mut Vec<f64>) {
         out.clear();
         out.resize(z.len(), 0.0);
-        sizes.resize(z.len(), 0.0);
-        self.g.add_both(1.0, z, out, sizes);
-        self.a.add_both(1.0, node.l, out, sizes);
-        self.s.add_both(-1.0, node.u, out, sizes);
+        self.g.add(1.0, z, out);
+        self.a.add(1.0, node.l, out);
+        self.s.add(-1.0, node.u, out);
         if let Some([f, _]) = &self.smooth {
-            f.add_both(1.0, node.f, out, sizes);
+            f.add(1.0, node.f, out);
         }
     }
+}
+
+/// The steepest slopes of the functions in one law: of those that store and of those that carry.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slope {
+    /// the variable of the steepest that stores
+    variable: Option<usize>,
+    stores: f64,
+    carries: f64,
 }
 
 /// Finds the errors of the recorded steps of a run.
@@ -175,8 +190,9 @@ pub struct StepErrors {
     tree: Option<Coordinates>,
     /// of each law
     found: Vec<Stored>,
-    /// least and largest value of each unknown
+    /// least and largest value of each unknown, and of each potential
     range: Vec<[f64; 2]>,
+    potential: Vec<[f64; 2]>,
     /// largest potential and current
     largest: [f64; 2],
     asked: Option<Asked>,
@@ -184,8 +200,7 @@ pub struct StepErrors {
     /// scratch: what is stored at the begin and the nodes, what flows at the nodes
     stored: [Vec<f64>; NODES + 1],
     flow: [Vec<f64>; NODES],
-    /// sizes of the terms of all of them, and of those inside functions at the end of the step
-    sizes: Vec<f64>,
+    /// sizes of the terms inside functions at the end of the step
     inside: Vec<f64>,
 }
 
@@ -211,12 +226,12 @@ impl StepErrors {
             tree,
             found: vec![NOTHING; n],
             range: vec![NOTHING.range; n],
+            potential: vec![NOTHING.range; n],
             largest: [0.0; 2],
             asked: None,
             tape: smooth.map(|laws| laws.tape.clone()),
             stored: Default::default(),
             flow: Default::default(),
-            sizes: Vec::new(),
             inside: Vec::new(),
         }
     }
@@ -224,18 +239,17 @@ impl StepErrors {
     /// Takes a recorded step.
     pub(super) fn take(&mut self, step: &ErringStep) {
         self.asked = Some(step.asked);
-        self.sizes.clear();
         let ends =
             std::iter::once(step.first).chain(step.nodes.iter().map(|node| [node.z, node.f]));
         for (k, [z, f]) in ends.enumerate() {
             z.iter().zip(&mut self.range).for_each(|(z, range)| widen(range, *z));
             let potentials = self.tree.as_ref().map(|tree| tree.potentials(z));
             let z = potentials.as_deref().unwrap_or(z);
+            z.iter().zip(&mut self.potential).for_each(|(z, range)| widen(range, *z));
             self.laws.reach.see(&self.laws.kinds, z, &[], &mut self.largest);
             self.laws.stored(z, f, &mut self.stored[k]);
             if k > 0 {
-                let out = [&mut self.flow[k - 1], &mut self.sizes];
-                self.laws.flow(z, &step.nodes[k - 1], out);
+                self.laws.flow(z, &step.nodes[k - 1], &mut self.flow[k - 1]);
             }
         }
         let slopes = self.slopes(step);
@@ -249,26 +263,24 @@ impl StepErrors {
             self.stored.iter().for_each(|stored| widen(&mut law.range, stored[row]));
             let rounded = self.laws.rounding * step.length * self.inside[row];
             let missed = if missed <= rounded { 0.0 } else { missed };
-            // where next to nothing is stored, more flows through the node than it ever holds
-            let through = step.length * self.sizes[row] / NODES as f64;
-            let held = law.range[1] - law.range[0];
-            let missed = if through > 0.0 { missed * (held / (held + through)) } else { missed };
+            let Slope { variable, stores, carries } = slopes[row];
+            let stores = stores + self.laws.own[row];
+            let carried = step.length * (carries + self.laws.held[row]);
+            let moved = if missed > 0.0 { missed / (stores + carried) } else { missed };
+            let missed = moved * stores;
             if worse(missed, law.error) {
                 law.error = missed;
             }
-            let (variable, slope) = slopes[row];
-            let moved = missed / (slope + self.laws.own[row]);
             if variable.is_some() && worse(moved, law.moved) {
                 (law.moved, law.variable) = (moved, variable);
             }
         }
     }
 
-    /// Of each law the steepest slope of what functions store at the end of a step, and its variable; none where no
-    /// function stores.  Finds what cancels inside functions, too.
-    fn slopes(&mut self, step: &ErringStep) -> Vec<(Option<usize>, f64)> {
+    /// Of each law the steepest slopes of functions at the end of a step.  Finds what cancels inside functions, too.
+    fn slopes(&mut self, step: &ErringStep) -> Vec<Slope> {
         let n = self.found.len();
-        let mut found = vec![(None, 0.0f64); n];
+        let mut found = vec![Slope::default(); n];
         self.inside.clear();
         self.inside.resize(n, 0.0);
         let (Some(tape), Some([f, q])) = (&mut self.tape, &self.laws.smooth) else { return found };
@@ -283,12 +295,16 @@ impl StepErrors {
         for (row, k, factor) in f.entries() {
             let slopes = tape.derivatives(k).map(|(j, slot)| tape.slopes()[slot].abs() * value(j));
             self.inside[row] += factor.abs() * slopes.sum::<f64>();
+            for (_, slot) in tape.derivatives(k).filter(|e| e.0 < n) {
+                let slope = (factor * tape.slopes()[slot]).abs();
+                found[row].carries = found[row].carries.max(slope);
+            }
         }
         for (row, k, factor) in q.entries() {
             for (variable, slot) in tape.derivatives(k).filter(|e| e.0 < n) {
                 let slope = (factor * tape.slopes()[slot]).abs();
-                if slope > found[row].1 {
-                    found[row] = (Some(variable), slope);
+                if slope > found[row].stores {
+                    (found[row].variable, found[row].stores) = (Some(variable), slope);
                 }
             }
         }
@@ -300,13 +316,15 @@ impl StepErrors {
     pub(super) fn result(&self) -> f64 {
         let mut found = 0.0;
         let Some(Asked { relative, least }) = self.asked else { return found };
-        let Laws { kinds, storing, reach, rounding, .. } = &self.laws;
+        let Laws { kinds, storing, own, reach, rounding, .. } = &self.laws;
         // what hardly moves is asked for to a thousandth of the largest
         let small = self.largest.map(|v| SMALL * v);
         let extent = |[least, most]: [f64; 2]| most - least;
         for &row in storing {
             let law = &self.found[row];
-            let range = extent(law.range).max(reach.content(row, &small));
+            // steps are asked for errors of potentials, and of currents
+            let moved = own[row] * extent(self.potential[row]);
+            let range = extent(law.range).max(moved).max(reach.content(row, &small));
             let rounding = rounding * reach.content(row, &self.largest);
             let allowed = relative * range + reach.content(row, &least) + rounding;
             let mut error = ratio(law.error, allowed.max(f64::MIN_POSITIVE));

@@ -84,8 +84,6 @@ pub struct Samples {
     pub keep_sides: bool,
     /// steps with error control are recorded one and all
     pub all: bool,
-    /// errors of recorded steps with error control are found once more
-    pub errors: bool,
     /// so are those at the ends of all steps of fixed length, within these instants
     between: Option<[f64; 2]>,
     /// outputs that measures follow, by steps with error control
@@ -101,11 +99,6 @@ impl Samples {
     pub fn new(every: u64, window: u32, keep_sides: bool, size: usize) -> Samples {
         let price = PRICE + (size / 8) as u64;
         Samples { every, window, price, tokens: STOCK, keep_sides, ..Samples::default() }
-    }
-
-    /// The same, with the errors of recorded steps with error control where they are wanted.
-    pub fn with_errors(self, errors: bool) -> Samples {
-        Samples { errors, ..self }
     }
 
     /// Keeps points between the rows, too, within two instants.

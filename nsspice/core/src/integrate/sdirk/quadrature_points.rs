@@ -1,4 +1,4 @@
-//! Points of a step at which the certificate integrates what flows, where somebody asks for errors of steps.
+//! Points of a step at which the certificate integrates what flows.
 
 use super::controller::stage_equations::Fit;
 use super::run::Sdirk;
@@ -7,10 +7,10 @@ use crate::audit::{Asked, PLACES};
 use crate::integrate::implicit::stepper::Stepper;
 
 impl Sdirk {
-    /// Whether errors of steps are asked for, and steps have a tolerance that is not one of energies.
+    /// Whether somebody judges the steps, and they have a tolerance that is not one of energies.
     pub(super) fn finds_errors(&self, s: &Stepper) -> bool {
         let Accuracy { relative, energy, .. } = self.settings.accuracy;
-        s.recorder.samples.errors && relative < 1.0 && !energy && s.recorder.sums.is_some()
+        relative < 1.0 && !energy && s.recorder.sums.is_some()
     }
 
     /// Evaluates the points inside the accepted step, up to the part `theta`, at which the certificate finds its error.

@@ -261,12 +261,14 @@ impl Trial {
         self.estimate.finish(s, tableau, self.length, &end[..self.n]);
     }
 
-    /// Adds to the estimate what the continuous solution has beyond Hermite's cubic.
+    /// Adds to the estimate what the continuous solution has beyond Hermite's cubic, less where that is no more than
+    /// `shown` times the estimate.
     pub fn look_inside(
         &mut self,
         s: &mut Stepper,
         stage_equations: &mut StageEquations,
         tableau: &Tableau,
+        shown: f64,
     ) {
         if !tableau.inside.is_empty() {
             let (level, weights) = (self.level, tableau.inside);
@@ -275,7 +277,7 @@ impl Trial {
                 stage_equations,
                 level,
                 self.length,
-                weights,
+                (weights, shown),
                 &self.stages.rates,
             );
         }

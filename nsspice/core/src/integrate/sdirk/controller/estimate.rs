@@ -153,14 +153,15 @@ impl Estimate {
     }
 
     /// Adds to the estimate what the continuous solution has beyond Hermite's cubic: inside a step in which
-    /// a diode begins to conduct it errs more than at the end.
+    /// a diode begins to conduct it errs more than at the end.  It counts by what it is above `shown` times the estimate:
+    /// `s^2 / (s + shown d)`.
     pub fn look_inside(
         &mut self,
         s: &mut Stepper,
         stage_equations: &mut StageEquations,
         level: usize,
         h: f64,
-        weights: &[f64],
+        (weights, shown): (&[f64], f64),
         rates: &[Vec<f64>],
     ) {
         let n = self.errors.len();
@@ -184,7 +185,8 @@ impl Estimate {
                 (false, 0.0) => self.smoothed[j].abs(),
                 (false, storage) => (self.stored[j] / storage).abs(),
             };
-            *d = d.abs().max(swing);
+            let part = swing / (swing + shown * d.abs());
+            *d = if swing > 0.0 { d.abs().max(swing * part) } else { d.abs() };
         }
     }
 

@@ -3,11 +3,13 @@
 
 use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::events::guards::Scales;
-use crate::sparse::Csc;
 use crate::structure::Coordinates;
 
-/// Of each node the error of the charge that it holds, as a voltage of all its capacitors, and the potentials at both
+/// Of each node the error of its potential, by those of all capacitors on the way to ground, and the potentials at both
 /// ends of a step.
+///
+/// What the charge of the node is off by says less: a small capacitor to ground holds the common potential of large
+/// ones that hang there.
 pub struct Nodes {
     tree: Coordinates,
     /// capacitances that meet in each node [F]
@@ -17,8 +19,6 @@ pub struct Nodes {
     errors: Vec<f64>,
     first: Vec<f64>,
     last: Vec<f64>,
-    /// scratch: errors of what is stored
-    stored: Vec<f64>,
 }
 
 impl Nodes {
@@ -34,31 +34,23 @@ impl Nodes {
             },
             errors: zeros.clone(),
             first: zeros.clone(),
-            last: zeros.clone(),
-            stored: zeros,
+            last: zeros,
         })
     }
 
-    /// Takes the errors of unknowns, of which these are `stored` by the storage matrix `e`, those of potentials that
-    /// charges of functions determine, and the unknowns at both ends of the step.
-    pub fn take(
-        &mut self,
-        e: &Csc,
-        stored: &[usize],
-        [errors, potentials]: [&[f64]; 2],
-        ends: [&[f64]; 2],
-    ) {
-        for &j in stored {
-            self.stored[j] = errors[j];
-        }
+    /// Takes the errors of unknowns, of which these are `stored`, those of potentials that charges of functions
+    /// determine, and the unknowns at both ends of the step.
+    pub fn take(&mut self, stored: &[usize], [errors, potentials]: [&[f64]; 2], ends: [&[f64]; 2]) {
         self.errors.fill(0.0);
-        e.mul_add(1.0, &self.stored, &mut self.errors);
-        self.tree.take_apart(&mut self.errors);
+        for &j in stored {
+            self.errors[j] = errors[j];
+        }
+        self.tree.add_up(&mut self.errors);
         let places = self.charged.iter().zip(&self.storage).zip(potentials);
         for (error, ((&charged, &storage), &own)) in self.errors.iter_mut().zip(places) {
             *error = match (charged, storage > 0.0) {
                 (true, _) => own,
-                (false, true) => *error / storage,
+                (false, true) => *error,
                 (false, false) => 0.0,
             };
         }
