@@ -243,6 +243,11 @@ impl Engine {
             if settled {
                 return self.walk(horizon);
             }
+            // a switch with a band keeps its state through what comparisons show while they come to rest one by one
+            let compares = |s: &usize| self.prepared.switches[*s].compares();
+            if self.picker.verifier.thrown.iter().any(compares) {
+                self.picker.verifier.thrown.retain(compares);
+            }
             for k in 0..self.picker.verifier.thrown.len() {
                 let s = self.picker.verifier.thrown[k];
                 self.note_turn_at_begin(s);

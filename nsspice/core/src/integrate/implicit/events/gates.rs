@@ -62,13 +62,11 @@ impl Gates<'_> {
     pub(in crate::integrate) fn react(&mut self) -> bool {
         self.see_controls();
         let mut changed = false;
-        for k in 0..self.switching.count() {
-            if self.turns(k, &self.state.z) {
-                self.turn(k, false);
-                // a thyristor that opens carries no current: nothing else changes
-                changed |=
-                    !self.switching.switches[k].latching || self.switching.gates[k] || self.stale;
-            }
+        for k in self.turning_first() {
+            self.turn(k, false);
+            // a thyristor that opens carries no current: nothing else changes
+            changed |=
+                !self.switching.switches[k].latching || self.switching.gates[k] || self.stale;
         }
         changed
     }
@@ -80,7 +78,7 @@ impl Gates<'_> {
             return self.react();
         }
         self.see_controls();
-        let turning: Vec<usize> = self.turning().collect();
+        let turning = self.turning_first();
         let closed = |&&k: &&usize| self.state.active[self.switching.switches[k].pair];
         let chosen = turning.iter().find(closed).or(turning.first()).copied();
         if let Some(k) = chosen {
@@ -140,6 +138,17 @@ impl Gates<'_> {
     /// The switches that turn where the unknowns are now.
     pub(in crate::integrate) fn turning(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.switching.count()).filter(|&k| self.turns(k, &self.state.z))
+    }
+
+    /// Of these the comparisons, if there are any: a switch with a band keeps its state through what they show while
+    /// they come to rest one by one.
+    fn turning_first(&self) -> Vec<usize> {
+        let mut turning: Vec<usize> = self.turning().collect();
+        let compares = |k: &usize| self.switching.switches[*k].compares();
+        if turning.iter().any(compares) {
+            turning.retain(compares);
+        }
+        turning
     }
 
     /// Whether a switch turns where the unknowns are `z`; not one that is sampled.
