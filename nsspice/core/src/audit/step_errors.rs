@@ -24,6 +24,7 @@ use super::{ratio, worse, Between, TOLERANCE};
 use crate::descriptor::{Linear, Smooth};
 use crate::structure::Coordinates;
 use crate::tape::{Linearisation, Tape};
+use crate::tolerances::ACCEPT;
 
 /// Points of the quadrature, the end of the step included.
 pub const NODES: usize = 3;
@@ -261,13 +262,17 @@ impl StepErrors {
             let missed = missed.fold(0.0, |most, new| if worse(new, most) { new } else { most });
             let law = &mut self.found[row];
             self.stored.iter().for_each(|stored| widen(&mut law.range, stored[row]));
-            let rounded = self.laws.rounding * step.length * self.inside[row];
+            // what flows is known next to the largest current (voltage), and to the terms inside of functions, to which
+            // Newton's method solves stages
+            let flows = self.inside[row] + self.laws.reach.acting(row, &self.largest);
+            let known = if self.tape.is_some() { ACCEPT } else { 0.0 };
+            let rounded = self.laws.rounding.max(known) * step.length * flows;
             let missed = if missed <= rounded { 0.0 } else { missed };
             let Slope { variable, stores, carries } = slopes[row];
             let stores = stores + self.laws.own[row];
             let carried = step.length * (carries + self.laws.held[row]);
             let moved = if missed > 0.0 { missed / (stores + carried) } else { missed };
-            let missed = moved * stores;
+            let missed = if moved.is_finite() { moved * stores } else { missed };
             if worse(missed, law.error) {
                 law.error = missed;
             }

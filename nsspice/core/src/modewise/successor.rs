@@ -194,36 +194,69 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
+        let before = a.to_vec();
+        (scale.widened, scale.coarse) = (1.0, false);
+        let mut found = None;
+        if let Some(id) = from.and_then(|from| registry.follower(from, cause)) {
+            if registry.gates(id) == gates {
+                self.state_jumps.clear();
+                self.candidates.clear();
+                let mode = self.attempt(scene, registry, id, a, scale, path).ok();
+                found = mode.map(|mode| Picked { id, mode });
+            }
+        }
+        if found.is_none() {
+            found = self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
+        }
+        // a guard that has fallen to zero and stands above it again where its mode is entered is known no better than the
+        // state is: it would go on so, a little at a time
+        let returns = |id: Id| !crossing.is_empty() && Some(id) == from;
+        let fine = found.is_some();
+        if found.as_ref().is_none_or(|found| returns(found.id)) {
+            a.copy_from_slice(&before);
+            (scale.widened, scale.coarse) = (1.0, true);
+            found = self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
+            if fine && found.is_none() {
+                a.copy_from_slice(&before);
+                (scale.widened, scale.coarse) = (1.0, false);
+                found =
+                    self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
+            }
+        }
+        if let (Some(from), Some(found)) = (from, &found) {
+            if !returns(found.id) {
+                registry.remember(from, cause, found.id);
+            }
+        }
+        found
+    }
+
+    /// The mode from here on, among those next to the one so far and those that implicit steps find.
+    #[allow(clippy::too_many_arguments)]
+    fn choose(
+        &mut self,
+        scene: &Scene,
+        registry: &mut Registry,
+        implicit: &mut Implicit,
+        from: Option<Id>,
+        crossing: &[usize],
+        gates: &[bool],
+        a: &mut [f64],
+        scale: &mut Scale,
+        path: &mut Trajectory,
+    ) -> Option<Picked> {
         self.state_jumps.clear();
         self.candidates.clear();
-        (scale.widened, scale.coarse) = (1.0, false);
         if let Some(from) = from {
-            if let Some(id) = registry.follower(from, cause) {
-                if registry.gates(id) == gates {
-                    if let Ok(mode) = self.attempt(scene, registry, id, a, scale, path) {
-                        return Some(Picked { id, mode });
-                    }
-                }
-            }
-            if let Some(found) = self.flips(scene, registry, from, crossing, gates, a, scale, path)
-            {
-                registry.remember(from, cause, found.id);
-                return Some(found);
+            let found = self.flips(scene, registry, from, crossing, gates, a, scale, path);
+            if found.is_some() {
+                return found;
             }
         }
         let fastest = from
             .and_then(|id| registry.mode(id, &scene.prepared.net, &scene.prepared.switches).ok())
             .map_or(0.0, |m| m.fastest);
-        let mut found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
-        if found.is_none() {
-            self.candidates.clear();
-            (scale.widened, scale.coarse) = (1.0, true);
-            found = self.afresh(scene, registry, implicit, fastest, gates, a, scale, path);
-        }
-        if let (Some(from), Some(found)) = (from, &found) {
-            registry.remember(from, cause, found.id);
-        }
-        found
+        self.afresh(scene, registry, implicit, fastest, gates, a, scale, path)
     }
 
     /// The mode so far with the guards that fail turned over: all together, then one by one.
