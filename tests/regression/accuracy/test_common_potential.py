@@ -1,4 +1,4 @@
-"""Steps with error control where large capacitors hang at a small one, and where a transient is cut short.
+"""Steps with error control: large capacitors hang at a small one; a transient is cut short.
 
 The error of a node was that of its charge, as a voltage of all capacitors there: a small capacitor
 to ground, which alone holds the potential of large ones behind kilohms, was given 500 times its
@@ -46,7 +46,7 @@ R4 n3 0 736
 @pytest.mark.parametrize("deck", [HANGING, DECAY], ids=["hanging", "decay"])
 @pytest.mark.parametrize("reltol", [1e-3, 1e-4, 1e-5, 1e-6])
 def test_errors_fall_with_the_tolerance(deck: str, reltol: float) -> None:
-    """At all rows within ten times the tolerance of the exact engine; of that two steps may be wrong."""
+    """At all rows but those at edges within ten times the tolerance of the exact engine."""
     exact = nsspice.tran(nsspice.read(deck), method="modewise")
     run = nsspice.tran(nsspice.read(deck), method="sdirk", reltol=reltol)
     assert run.certificate.passed

@@ -8,8 +8,8 @@ import pytest
 import nsspice
 from nsspice.analyses.transient import island_runner
 
-#: tenths of a nanohenry and a picofarad ring at 50 GHz while mains charge a capacitor: the diode rectifies
-#: each period of it
+#: tenths of a nanohenry and a picofarad ring at 50 GHz while mains charge a capacitor: the diode
+#: rectifies each period of it
 SNUBBER = """a tenth of both beside a mains period
 V1 in 0 SIN(0 300 50)
 L1 in a 0.1n IC=0

@@ -1,4 +1,4 @@
-"""A switch with hysteresis keeps its state while comparisons that its control reads come to rest."""
+"""A switch with hysteresis keeps its state while comparisons in its control come to rest."""
 
 from __future__ import annotations
 

@@ -208,7 +208,7 @@ impl Picker {
         if found.is_none() {
             found = self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
         }
-        // a guard that has fallen to zero and stands above it again where its mode is entered is known no better than the
+        // a guard that has fallen to zero and is above it again where its mode is entered is known no better than the
         // state is: it would go on so, a little at a time
         let returns = |id: Id| !crossing.is_empty() && Some(id) == from;
         let fine = found.is_some();
