@@ -182,7 +182,8 @@ class FileReader:
             return
         if library and name.lower() in _OWN and len(words) == 1 and not path.is_file():
             path = _OWN[name.lower()]
-        if _is_library(name, library) and not _exists(path):
+        # whether a file exists outside the folder is not told either
+        if _is_library(name, library) and not self._is_outside(path) and not _exists(path):
             message = f"library {name} does not exist"
             hint = f"looked for {path}; copy the models you need into the netlist"
             self._findings.absent.append(Diagnostic("NS1050", message, where, hint))
@@ -215,8 +216,7 @@ class FileReader:
         """Return the rows of an included file; None after a finding."""
         try:
             real = path.resolve()
-            own = path in _OWN.values()
-            if self._confined is not None and not own and not real.is_relative_to(self._confined):
+            if self._is_outside(path):
                 message = f"file {name} is outside the netlist's folder"
                 hint = "this run is confined to that folder: copy the file into it"
                 self._findings.error("NS1054", message, where, hint)
@@ -251,6 +251,15 @@ class FileReader:
             reason = getattr(error, "strerror", None) or str(error)
             self._findings.error("NS1050", f"file {name} cannot be read: {reason}", where)
         return None
+
+    def _is_outside(self, path: Path) -> bool:
+        """Return whether a file is not one that this run may read."""
+        if self._confined is None or path in _OWN.values():
+            return False
+        try:
+            return not path.resolve().is_relative_to(self._confined)
+        except (OSError, ValueError, RuntimeError):  # no name of a file
+            return False
 
     def _section(
         self, lines: list[Line], section: str, name: str, line: Line, start: int
