@@ -56,9 +56,9 @@ def conduction_of(line: BrokenLine | None) -> Conduction | None:
     --------
     >>> line = BrokenLine((0.0, 1.0, 3.0), ((0.0, 0.0), (0.0, 2.0), (-3.0, 5.0), (12.0, 0.0)))
     >>> conduction_of(line).limits
-    ((0.0, False), (3.0, True))
-    >>> conduction_of(line).parts.conductance
-    2.0
+    ((3.0, True),)
+    >>> [pair.resistance for pair in conduction_of(line).parts.pairs]
+    [0.5, 0.3333333333333333]
     """
     if line is None or not line.places or not line.continuous:
         return None

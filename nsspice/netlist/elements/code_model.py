@@ -34,7 +34,7 @@ def code_model(reader: Reader, line: Line) -> CodeTemplate:
     tokens = [(m.group(), m.start(), m.end()) for m in _TOKEN.finditer(line.text, 0, end)]
     if len(tokens) == 10 and tokens[9][0] in TYPES:
         return _device(reader, line, tokens, end)
-    name, span = tokens[0][0], line.whole()
+    name, span = tokens[0][0] if tokens else line.text.split("=")[0].strip(), line.whole()
     if len(tokens) < 3 or not re.match(r"[\w.]", tokens[-1][0]):
         raise Unreadable("NS1008", f"{name}: ports and a model are needed", span, _FORM)
     ports: list[tuple[Port, ...]] = []

@@ -182,7 +182,7 @@ class FileReader:
             return
         if library and name.lower() in _OWN and len(words) == 1 and not path.is_file():
             path = _OWN[name.lower()]
-        # whether a file exists outside the folder is not told either
+        # nobody learns whether a file exists outside the folder
         if _is_library(name, library) and not self._is_outside(path) and not _exists(path):
             message = f"library {name} does not exist"
             hint = f"looked for {path}; copy the models you need into the netlist"
