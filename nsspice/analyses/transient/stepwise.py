@@ -209,7 +209,7 @@ class Simulation:
         Examples
         --------
         >>> import nsspice
-        >>> circuit = nsspice.read("RC\nVin a 0 1\nR1 a b 1k\nC1 b 0 1u\n")
+        >>> circuit = nsspice.read("RC\\nVin a 0 1\\nR1 a b 1k\\nC1 b 0 1u\\n")
         >>> sim = nsspice.start(circuit, ["vin"], uic=True).advance(1e-3)
         >>> there = sim.state()
         >>> ahead = sim.advance(1e-3)["v(b)"]

@@ -6,7 +6,7 @@
 
 use super::equations::Equations;
 use super::linear::{Derivative, Rows};
-use crate::dense::PlannedLu;
+use crate::dense::{DenseLu, PlannedLu};
 use crate::rounding::OF_SOLUTION;
 
 /// Numbers as functions of the derivatives.
@@ -50,6 +50,9 @@ pub(super) struct Direct {
     inverse: Vec<f64>,
     sizes: [f64; 2],
     lu: PlannedLu,
+    /// partial pivoting, where pivots of the plan have lost half of the digits: its pivots show what is singular
+    careful: DenseLu,
+    is_careful: bool,
 }
 
 /// What comes in an entry of the Jacobian.
@@ -177,6 +180,8 @@ impl Direct {
             before: before.map(|e| e.0),
             after: after.map(|e| e.0),
             lu: PlannedLu::new(inner, there),
+            careful: DenseLu::default(),
+            is_careful: false,
             inside,
             outside,
             inverse,
@@ -186,14 +191,14 @@ impl Direct {
 
     /// Factorises the Jacobian in a mode; false if it is singular.
     pub fn factorise(&mut self, slopes: &[f64], active: &[bool]) -> bool {
-        let Direct { pairs, block: [begin, end], inside, outside, values, lu, .. } = self;
+        let Direct { pairs, block: [begin, end], inside, outside, values, lu, careful, .. } = self;
         outside.write(slopes, values);
         let inner = *end - *begin;
         for (&row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
             let own = self.before.list.iter().zip(&mut *values).filter(|e| *e.0 as usize == row);
             own.for_each(|(_, v)| *v = 0.0);
         }
-        let regular = lu.factor_by(|lu| {
+        let fill = |lu: &mut [f64]| {
             inside.write(slopes, lu);
             // rows and columns of pairs are at the end of the block, in the same order
             for (row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
@@ -201,8 +206,15 @@ impl Direct {
                 lu[row..].iter_mut().step_by(inner).for_each(|v| *v = 0.0);
                 lu[row * inner + row] = 1.0;
             }
-        });
-        let [least, greatest] = lu.extremes();
+        };
+        let mut regular = lu.factor_by(fill);
+        let [mut least, mut greatest] = lu.extremes();
+        self.is_careful = !regular || least <= OF_SOLUTION.sqrt() * greatest;
+        if self.is_careful {
+            careful.factor_by(inner, fill);
+            regular = careful.singular().is_none();
+            [least, greatest] = careful.extremes();
+        }
         regular && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
     }
 
@@ -229,7 +241,12 @@ impl Direct {
                 rows.iter().zip(own).for_each(|(&r, v)| work[r as usize] -= v * f);
             }
         }
-        self.lu.solve(&mut work[begin..end], scratch);
+        if self.is_careful {
+            // singular factors are not solved with
+            let _ = self.careful.solve(&mut work[begin..end]);
+        } else {
+            self.lu.solve(&mut work[begin..end], scratch);
+        }
         for k in end..size {
             let columns = self.after.row(k - end);
             let (own, others) = values.split_at(columns.len());
