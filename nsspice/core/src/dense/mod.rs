@@ -14,7 +14,6 @@ mod least_norm;
 mod lu;
 mod matrix;
 mod orthogonal;
-mod planned;
 mod rank_one;
 mod symmetric;
 #[cfg(test)]
@@ -29,7 +28,6 @@ pub use eigen::{balance, eigen, Eigen};
 pub use least_norm::LeastNorm;
 pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, larger, norm, Lu, Matrix};
-pub use planned::PlannedLu;
 pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;
 pub use wide::{collapse, looks};

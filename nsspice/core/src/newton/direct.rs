@@ -6,7 +6,7 @@
 
 use super::equations::Equations;
 use super::linear::{Derivative, Rows};
-use crate::dense::{DenseLu, PlannedLu};
+use crate::dense::DenseLu;
 use crate::rounding::OF_SOLUTION;
 
 /// Numbers as functions of the derivatives.
@@ -49,10 +49,7 @@ pub(super) struct Direct {
     /// reciprocals of the diagonal outside of the block; the least and the largest entry there
     inverse: Vec<f64>,
     sizes: [f64; 2],
-    lu: PlannedLu,
-    /// partial pivoting, where pivots of the plan have lost half of the digits: its pivots show what is singular
-    careful: DenseLu,
-    is_careful: bool,
+    lu: DenseLu,
 }
 
 /// What comes in an entry of the Jacobian.
@@ -165,11 +162,6 @@ impl Direct {
             let part = if is_inside { &mut inside } else { &mut outside };
             part.slopes.push((index as u32, e.slot, e.factor * weight[k]));
         }
-        let slopes = inside.slopes.iter().map(|e| e.0 as usize);
-        let mut there: Vec<bool> = inside.linear.iter().map(|v| *v != 0.0).collect();
-        // pairs that block have nothing but their own current in their rows
-        let own = (0..inner).map(|k| k * (inner + 1));
-        slopes.chain(own).for_each(|at| there[at] = true);
         let scaled = |k: usize| order[k].iter().map(|&i| (i as u32, scales[k][i])).collect();
         Direct {
             rows: scaled(0),
@@ -179,9 +171,7 @@ impl Direct {
             values: outside.linear.clone(),
             before: before.map(|e| e.0),
             after: after.map(|e| e.0),
-            lu: PlannedLu::new(inner, there),
-            careful: DenseLu::default(),
-            is_careful: false,
+            lu: DenseLu::default(),
             inside,
             outside,
             inverse,
@@ -191,14 +181,14 @@ impl Direct {
 
     /// Factorises the Jacobian in a mode; false if it is singular.
     pub fn factorise(&mut self, slopes: &[f64], active: &[bool]) -> bool {
-        let Direct { pairs, block: [begin, end], inside, outside, values, lu, careful, .. } = self;
+        let Direct { pairs, block: [begin, end], inside, outside, values, lu, .. } = self;
         outside.write(slopes, values);
         let inner = *end - *begin;
         for (&row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
             let own = self.before.list.iter().zip(&mut *values).filter(|e| *e.0 as usize == row);
             own.for_each(|(_, v)| *v = 0.0);
         }
-        let fill = |lu: &mut [f64]| {
+        lu.factor_by(inner, |lu| {
             inside.write(slopes, lu);
             // rows and columns of pairs are at the end of the block, in the same order
             for (row, _) in pairs.iter().zip(active).filter(|(_, &a)| !a) {
@@ -206,22 +196,16 @@ impl Direct {
                 lu[row..].iter_mut().step_by(inner).for_each(|v| *v = 0.0);
                 lu[row * inner + row] = 1.0;
             }
-        };
-        let mut regular = lu.factor_by(fill);
-        let [mut least, mut greatest] = lu.extremes();
-        self.is_careful = !regular || least <= OF_SOLUTION.sqrt() * greatest;
-        if self.is_careful {
-            careful.factor_by(inner, fill);
-            regular = careful.singular().is_none();
-            [least, greatest] = careful.extremes();
-        }
-        regular && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
+        });
+        let [least, greatest] = lu.extremes();
+        lu.singular().is_none()
+            && least.min(self.sizes[0]) > OF_SOLUTION * greatest.max(self.sizes[1])
     }
 
     /// `x := J^-1 x` in physical units in the mode factorised last.
     pub fn solve(&self, active: &[bool], x: &mut [f64], work: &mut [f64]) {
         let (size, [begin, end]) = (x.len(), self.block);
-        let (work, scratch) = work.split_at_mut(size);
+        let work = &mut work[..size];
         for (w, &(r, scale)) in work.iter_mut().zip(&self.rows) {
             *w = x[r as usize] * scale;
         }
@@ -241,12 +225,8 @@ impl Direct {
                 rows.iter().zip(own).for_each(|(&r, v)| work[r as usize] -= v * f);
             }
         }
-        if self.is_careful {
-            // singular factors are not solved with
-            let _ = self.careful.solve(&mut work[begin..end]);
-        } else {
-            self.lu.solve(&mut work[begin..end], scratch);
-        }
+        // singular factors are not solved with
+        let _ = self.lu.solve(&mut work[begin..end]);
         for k in end..size {
             let columns = self.after.row(k - end);
             let (own, others) = values.split_at(columns.len());
