@@ -174,7 +174,8 @@ pub struct Sums {
     residual: Vec<f64>,
     /// of these, what currents of conducting pairs are known to
     known: Vec<f64>,
-    errors: StepErrors,
+    /// errors of steps, where nothing is smooth
+    errors: Option<StepErrors>,
 }
 
 impl Sums {
@@ -196,7 +197,7 @@ impl Sums {
             missed: [0.0; 2],
             residual: Vec::new(),
             known: Vec::new(),
-            errors: StepErrors::new(linear, between, smooth),
+            errors: smooth.is_none().then(|| StepErrors::new(linear, between)),
         })
     }
 
@@ -294,7 +295,9 @@ impl Sums {
 
     /// Finds the error of a recorded step.
     pub fn recorded(&mut self, step: &ErringStep) {
-        self.errors.take(step);
+        if let Some(errors) = &mut self.errors {
+            errors.take(step);
+        }
     }
 
     /// The state from which a run begins, whose steps are handed over one by one.
@@ -388,7 +391,7 @@ impl Sums {
                 + TOLERANCE * held,
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
             steps: self.totals.steps,
-            step_error: self.errors.result(),
+            step_error: self.errors.as_ref().map_or(0.0, StepErrors::result),
         }
     }
 }

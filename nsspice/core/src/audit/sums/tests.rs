@@ -135,9 +135,9 @@ fn error_of_a_step(wrong: f64) -> f64 {
     sums.start(&[1.0]);
     let mut z = PLACES.map(|place| [(-0.1 * place).exp()]);
     z[2][0] *= 1.0 + wrong;
-    let nodes = [0, 1, 2].map(|k| Node { z: &z[k], l: &[], u: &[], f: &[] });
+    let nodes = [0, 1, 2].map(|k| Node { z: &z[k], l: &[], u: &[] });
     let asked = Asked { relative: 1e-3, least: [0.0; 2] };
-    sums.recorded(&ErringStep { asked, end: 0.1, length: 0.1, first: [&[1.0], &[]], nodes });
+    sums.recorded(&ErringStep { asked, length: 0.1, first: &[1.0], nodes });
     sums.balance(&z[2]).step_error
 }
 

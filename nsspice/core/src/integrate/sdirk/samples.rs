@@ -106,8 +106,8 @@ pub struct Samples {
     weights: Option<(&'static Tableau, f64, Weights)>,
     /// scratch: multipliers at the points
     multipliers: Vec<f64>,
-    /// points of the present step at which its error is found, unknowns, multipliers, sources and functions of each
-    nodes: Vec<[Vec<f64>; 4]>,
+    /// points of the present step at which its error is found, unknowns, multipliers and sources of each
+    nodes: Vec<[Vec<f64>; 3]>,
 }
 
 impl Samples {
@@ -199,20 +199,18 @@ impl Samples {
 
     /// Keeps the point evaluated last as the next of those at which the error of a recorded step is found.
     pub fn node(&mut self, s: &Stepper, trial: &Trial, stage_equations: &StageEquations) {
-        let (n, m) = (s.state.z.len(), s.state.l.len());
         let x = &trial.at.x;
         let l = multipliers(s, stage_equations, x, trial.open()).collect();
-        self.nodes.push([x[..n].to_vec(), l, trial.at.u.clone(), x[n + m..].to_vec()]);
+        self.nodes.push([x[..s.state.z.len()].to_vec(), l, trial.at.u.clone()]);
     }
 
     /// Hands these points, the last of them the end of the step, to the certificate.
     pub fn find_errors(&self, s: &mut Stepper, trial: &Trial, theta: f64, asked: Asked) {
-        let (n, m) = (s.state.z.len(), s.state.l.len());
+        let first = &trial.first[..s.state.z.len()];
         let (Some(sums), [a, b, c]) = (&mut s.recorder.sums, &self.nodes[..]) else { return };
-        let nodes: [Node; NODES] = [a, b, c].map(|[z, l, u, f]| Node { z, l, u, f });
-        let first = [&trial.first[..n], &trial.first[n + m..]];
+        let nodes: [Node; NODES] = [a, b, c].map(|[z, l, u]| Node { z, l, u });
         let length = theta * trial.length;
-        sums.recorded(&ErringStep { asked, end: trial.start + length, length, first, nodes });
+        sums.recorded(&ErringStep { asked, length, first, nodes });
     }
 
     /// Records an accepted step up to `theta` of its length, before the state of `s` moves
