@@ -32,6 +32,14 @@ pub enum AtThreshold {
     Is(bool),
 }
 
+/// Leaves of the switches that turn now the comparisons alone, if there are any: a switch with a band keeps its state
+/// through what they show while they come to rest one by one.
+pub fn comparisons_first(switches: &[Switch], turning: &mut Vec<usize>) {
+    if turning.iter().any(|&k| switches[k].compares()) {
+        turning.retain(|&k| switches[k].compares());
+    }
+}
+
 /// A gate that has turned: where its control was, and what its pair carried.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {

@@ -11,6 +11,7 @@ use super::successor::{cause_of, roles};
 use crate::audit::{Points, Sums};
 use crate::integrate::Failure;
 use crate::structure::Elements;
+use crate::switch::comparisons_first;
 use crate::waveform::INSTANT;
 
 /// Points of the quadrature of powers.
@@ -99,7 +100,8 @@ impl Engine {
                     self.walk_expanded(length, horizon, turned);
                     return true;
                 }
-                Some(Begun::Thrown(switches)) => {
+                Some(Begun::Thrown(mut switches)) => {
+                    comparisons_first(&self.prepared.switches, &mut switches);
                     for s in switches {
                         self.turn_at(0.0, s, false);
                         self.throw(s);

@@ -21,6 +21,7 @@ use super::successor::{cause_of, roles, Picker, Scene};
 use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};
 use crate::row_clock::RowClock;
+use crate::switch::comparisons_first;
 use std::time::{Duration, Instant};
 
 /// Segments between two looks at the clock.
@@ -243,11 +244,7 @@ impl Engine {
             if settled {
                 return self.walk(horizon);
             }
-            // a switch with a band keeps its state through what comparisons show while they come to rest one by one
-            let compares = |s: &usize| self.prepared.switches[*s].compares();
-            if self.picker.verifier.thrown.iter().any(compares) {
-                self.picker.verifier.thrown.retain(compares);
-            }
+            comparisons_first(&self.prepared.switches, &mut self.picker.verifier.thrown);
             for k in 0..self.picker.verifier.thrown.len() {
                 let s = self.picker.verifier.thrown[k];
                 self.note_turn_at_begin(s);

@@ -194,20 +194,19 @@ impl Picker {
         scale: &mut Scale,
         path: &mut Trajectory,
     ) -> Option<Picked> {
-        let before = a.to_vec();
         (scale.widened, scale.coarse) = (1.0, false);
-        let mut found = None;
         if let Some(id) = from.and_then(|from| registry.follower(from, cause)) {
             if registry.gates(id) == gates {
                 self.state_jumps.clear();
                 self.candidates.clear();
-                let mode = self.attempt(scene, registry, id, a, scale, path).ok();
-                found = mode.map(|mode| Picked { id, mode });
+                if let Ok(mode) = self.attempt(scene, registry, id, a, scale, path) {
+                    return Some(Picked { id, mode });
+                }
             }
         }
-        if found.is_none() {
-            found = self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
-        }
+        let before = a.to_vec();
+        let mut found =
+            self.choose(scene, registry, implicit, from, crossing, gates, a, scale, path);
         // a guard that has fallen to zero and is above it again where its mode is entered is known no better than the
         // state is: it would go on so, a little at a time
         let returns = |id: Id| !crossing.is_empty() && Some(id) == from;

@@ -2,6 +2,7 @@
 
 use super::expansion::{Expansion, Sources};
 use super::polynomial::first_root;
+use super::scout::REGULAR;
 use super::tableau::Tableau;
 use crate::mlcp::Role;
 use crate::rounding::{OF_SOLUTION, UNIT};
@@ -12,8 +13,6 @@ use std::collections::HashSet;
 
 /// Rounds in which all pairs of the wrong sign are turned over together, before it is one of them.
 const TOGETHER: usize = 6;
-/// Pivots of which less is left are those of a mode that fixes states by itself.
-const REGULAR: f64 = 1e-11;
 /// A segment that has to be cut into more parts than this is left to closed forms.
 const PARTS: f64 = 64.0;
 /// States up to which closed forms are made in less time than a series is.

@@ -10,8 +10,8 @@ use crate::tolerances::{CLEARLY, TOLERANCE};
 
 /// Pivots of which less is left are those of modes that fix the states themselves: their signs are those of impulses
 /// and of derivatives, which one solve does not show.
-const REGULAR: f64 = 1e-11;
-/// Part of the largest voltage (current) beyond which a sign is no matter of rounding: clearly more than what any proof
+pub(super) const REGULAR: f64 = 1e-11;
+/// Part of the largest voltage (current) beyond which a sign is not one of rounding: clearly more than what any proof
 /// accepts.
 const SIGN: f64 = TOLERANCE / CLEARLY;
 /// Part within which a sign may be one of rounding.

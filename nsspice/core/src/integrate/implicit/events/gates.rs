@@ -8,7 +8,7 @@ use crate::integrate::implicit::stepper::{Stepper, MAX_REACTIONS};
 use crate::integrate::implicit::time_grid::{evaluate, first_breakpoint};
 use crate::mlcp::{Role, Start};
 use crate::rounding::{OF_EQUATION, OF_SOLUTION};
-use crate::switch::Slack;
+use crate::switch::{comparisons_first, Slack};
 use crate::tolerances::ACCEPT;
 use crate::waveform::{Side, Waveform, INSTANT};
 
@@ -140,14 +140,10 @@ impl Gates<'_> {
         (0..self.switching.count()).filter(|&k| self.turns(k, &self.state.z))
     }
 
-    /// Of these the comparisons, if there are any: a switch with a band keeps its state through what they show while
-    /// they come to rest one by one.
+    /// Those of them that turn before the others.
     fn turning_first(&self) -> Vec<usize> {
         let mut turning: Vec<usize> = self.turning().collect();
-        let compares = |k: &usize| self.switching.switches[*k].compares();
-        if turning.iter().any(compares) {
-            turning.retain(compares);
-        }
+        comparisons_first(&self.switching.switches, &mut turning);
         turning
     }
 

@@ -37,8 +37,8 @@ impl Sdirk {
         } else {
             // what a step damps moves its inside, not its end: ringing, and what decays within the first
             // step of a mode
-            let young = self.fresh || self.trial.crossing || self.energies.is_some();
-            let shown = if young || s.solver.smooth.is_some() { 0.0 } else { INSIDE };
+            let whole = self.fresh || self.trial.crossing || self.energies.is_some();
+            let shown = if whole || s.solver.smooth.is_some() { 0.0 } else { INSIDE };
             self.trial.look_inside(s, &mut self.stage_equations, self.tableau, shown);
         }
         let end = &self.trial.stages.ends[self.tableau.stages() - 1];
