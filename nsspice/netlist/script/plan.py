@@ -89,7 +89,7 @@ class Planner:
             except _End as end:
                 reason = str(end)
             except _Leave:
-                reason = "break and continue belong into loops"
+                reason = "break and continue belong inside loops"
             except Unreadable as found:
                 where = found.span.line if found.span else script.where.line
                 reason, hint = f"line {where}: {found.message}", found.hint

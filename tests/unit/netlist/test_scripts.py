@@ -143,7 +143,7 @@ def test_no_program_is_started(command: str) -> None:
         (["op", "meas tran late find v(out) at=1m", "alter r1 = late", "op"], "late is known only"),
         (["op", "frobnicate"], "line 7: the command frobnicate is unknown"),
         (["op", "alter r7 = 1"], "line 7: alter: there is no element r7"),
-        (["op", "break"], "break and continue belong into loops"),
+        (["op", "break"], "break and continue belong inside loops"),
         (["op", "while 1", "let k = 1", "end"], "it takes more than 200000 steps"),
         (["op", "echo $nothing", "alter r1 = $nothing"], "line 8: variable nothing is not set"),
     ],
