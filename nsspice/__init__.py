@@ -43,6 +43,7 @@ __all__ = [
     "UsageError",
     "__version__",
     "ac",
+    "bounds",
     "check",
     "cost",
     "dc",
@@ -63,6 +64,7 @@ __all__ = [
 
 if TYPE_CHECKING:
     from .analyses import Solution, ac, dc, loop, op, pss, read, run, sens, tran
+    from .analyses.bounds.search import bounds
     from .analyses.request.controller import Controller
     from .analyses.studies.gradient import gradient
     from .analyses.studies.objective import objective
@@ -103,6 +105,7 @@ _HOME = {
     "Controller": ".analyses.request.controller",
     "Solution": ".analyses",
     "ac": ".analyses",
+    "bounds": ".analyses.bounds.search",
     "check": ".compare.expect",
     "cost": ".compare.cost",
     "dc": ".analyses",

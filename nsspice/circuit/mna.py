@@ -8,9 +8,10 @@ back to elements, nodes and lines.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
 from ..problems.elements import Elements
 from .signals import owner, parse_signal, unknown_signal
 from .spanning import spanning_tree
+
+StamperT = TypeVar("StamperT", bound=Stamper)
 
 
 class Store(NamedTuple):
@@ -96,6 +99,14 @@ class MnaSystem:
     def _voltage_name(self, node: str) -> str:
         before = self.layout.before(node)
         return f"v({node})" if before == "0" else f"v({node},{before})"
+
+    def with_layout(self, devices: Sequence[Device], layout: Layout) -> MnaSystem:
+        """Return a system whose signals are those of other values of the elements."""
+        other = copy.copy(self)
+        other.devices, other.layout = devices, layout
+        other._by_name = {device.name: device for device in devices}
+        other._functionals = {}
+        return other
 
     @cached_property
     def capacitors(self) -> list[Store]:
@@ -301,7 +312,11 @@ def assemble(
     """
     if tree is None:
         tree = spanning_tree(devices, conditions)
-    stamper = stamper_of(Layout(list(nodes), conditions, tree))
+    return MnaSystem(devices, stamped(devices, stamper_of(Layout(list(nodes), conditions, tree))))
+
+
+def stamped(devices: Sequence[Device], stamper: StamperT) -> StamperT:
+    """Let all laws of an island write on a stamper, which is returned."""
     late = [device for device in devices if device.late]
     for device in devices:
         if device.late:
@@ -310,4 +325,4 @@ def assemble(
             device.stamp(stamper)
     for device in late:
         device.stamp(stamper)
-    return MnaSystem(devices, stamper)
+    return stamper

@@ -26,6 +26,7 @@ _COMMANDS = {
     "sweep": "run a netlist at many points and print one table",
     "tune": "find parameters that bring measures to given values",
     "tolerance": "show how parameter tolerances spread the measures",
+    "bounds": "prove what measures cannot leave over tolerances",
     "compare": "compare a simulation with ngspice or a reference waveform",
     "plot": "draw CSV files on a shared axis",
     "draw": "draw the schematic of a netlist",

@@ -22,6 +22,9 @@ _EXAMPLES = {
     ),
     "tune": (("nsspice tune buck.net --param don=0.2:0.8 --goal v_avg=9", "the duty for 9 V"),),
     "tolerance": (("nsspice tolerance buck.net --param don=5%", "how measures spread"),),
+    "bounds": (
+        ("nsspice bounds buck.net --param vin=5% --param l1=10%", "what no such buck leaves"),
+    ),
     "compare": (
         ("nsspice compare buck.net", "the same deck in ngspice"),
         ("nsspice compare buck.net scope.csv", "a recorded waveform"),

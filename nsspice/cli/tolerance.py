@@ -33,7 +33,7 @@ def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: 
 
     if runs < 0:
         raise UsageError(Diagnostic("NS4005", f"--runs cannot be {runs}", hint="give 0 or more"))
-    shares = dict(_share(item) for item in params)
+    shares = dict(share_of(item) for item in params)
     with ProgressBar(netlist, not as_json) as bar:
         found = tolerance(circuit_of(netlist, {}), shares, runs=runs, seed=seed, progress=bar)
     if as_json:
@@ -54,7 +54,7 @@ def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: 
     show("\n".join(lines))
 
 
-def _share(item: str) -> tuple[str, float]:
+def share_of(item: str) -> tuple[str, float]:
     """Return the name and relative tolerance of ``NAME=5%`` or ``NAME=0.05``."""
     name, _, text = item.partition("=")
     percent = text.strip().endswith("%")

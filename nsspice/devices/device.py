@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 
 from ..errors import Span
 from ..netlist.findings import Findings
+from ..netlist.text.numbers import as_float
 from ..problems.descriptor import Functional
 from .carrier import Carrier
 from .effect import Effect
@@ -309,7 +310,7 @@ def number(element: Element, what: str, findings: Findings) -> float | None:
         if math.isnan(value):
             findings.error("NS2005", f"the {what} of {element.name} is not a number", element.span)
             return None
-        return float(value)
+        return as_float(value)
     if value is None:
         findings.error(
             "NS2004",

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 from ..errors import suggest
 from ..netlist.expressions.functions import no_temperature
 from ..netlist.findings import Findings
+from ..netlist.text.numbers import as_float
 
 if TYPE_CHECKING:
     from ..netlist.deck import Model, Param
@@ -163,7 +164,7 @@ class Table:
                 message = f"{key} of {owner} is {value:g} degrees Celsius, {why}"
                 findings.error("NS2005", message, param.span, "give degrees Celsius")
                 continue
-            values[entry.name] = float(value)
+            values[entry.name] = as_float(value)
         if ignored:
             are = "is" if len(ignored) == 1 else "are"
             findings.warning(

@@ -25,6 +25,7 @@ from .script.plan import computes, plan
 from .text import statement
 from .text.files import FileReader
 from .text.lines import logical_lines, physical_lines
+from .text.numbers import as_float
 from .text.schematic import schematic_of
 from .text.source import read_text
 from .text.structure import build
@@ -197,7 +198,7 @@ def _parse(
     body = bodies.read(block)
     draws = Draws(seed, params)
     scope = Scope(None, "", {}, set(), draws=draws)
-    scope.fixed.update({name.lower(): float(value) for name, value in params.items()})
+    scope.fixed.update({name.lower(): as_float(value) for name, value in params.items()})
     scope.parts = Parts(reader)
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-COMMANDS = ("run", "explain", "cost", "effects", "tune", "tolerance", "compare")
+COMMANDS = ("run", "explain", "cost", "effects", "tune", "tolerance", "bounds", "compare")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

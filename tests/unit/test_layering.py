@@ -39,7 +39,7 @@ ROOMS = {
     "netlist": "findings text expressions deck alteration elements expansion cards script parsing",
     "devices": ". heat diodes expressions passive sources switches mosfets transistors",
     "analyses": "signals results request certificate solution static transient steady gradients "
-    "studies",
+    "studies bounds",
     "dvi": "terms equations runs models",
 }
 

@@ -61,7 +61,7 @@ class Parameter:
         return wide, 0.5 * wide
 
 
-class _Apart(Stamper):
+class Apart(Stamper):
     """A stamper that keeps sources apart: a parameter may change one of several that are equal."""
 
     def column(self, waveform: Waveform) -> int:
@@ -75,7 +75,7 @@ def apart(circuit: Circuit, home: int, mna: MnaSystem, conditions: Conditions) -
     nodes = mna.layout.nodes
     tree = {node: mna.layout.before(node) for node, row in nodes.items() if row >= 0}
     island = circuit.islands[home]
-    return assemble(island.devices, island.nodes, conditions, tree, _Apart)
+    return assemble(island.devices, island.nodes, conditions, tree, Apart)
 
 
 class Decks:

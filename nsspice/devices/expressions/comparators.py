@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import ONE, ZERO, Node, TooLarge, add, mul, neg, num, var
+from ...netlist.text.numbers import as_float
 from ..behaviour import linear_form
 
 #: comparisons by what they are true of: the sign of ``left - right``, and truth at equality
@@ -235,7 +236,7 @@ def _is_condition(node: Node, plain: bool) -> bool:
 def difference(left: Node, right: Node) -> Node:
     """Return ``left - right``, a number if both are numbers."""
     if left.op == right.op == "num":
-        return num(float(left.value) - float(right.value))
+        return num(as_float(left.value) - as_float(right.value))
     return add([left, neg(right)])
 
 

@@ -16,7 +16,7 @@ from ..expressions import expression_parser
 from ..expressions.node import Node
 from ..findings import Findings, Unreadable
 from ..text.lines import Line
-from ..text.numbers import Number, read_number
+from ..text.numbers import Number, as_float, read_number
 from ..text.statement import Item
 from .template import Formula, GridText, ParamText, Value
 
@@ -78,7 +78,7 @@ class Reader:
             if not traps and len(self._trees) < 50_000:
                 self._trees[text] = tree
         if tree.op == "num":
-            value = float(tree.value)
+            value = as_float(tree.value)
             if not math.isfinite(value):
                 message = f"{text[:40]} is out of range"
                 raise Unreadable("NS1010", message, line.span(start, end))

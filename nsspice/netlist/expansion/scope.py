@@ -17,6 +17,7 @@ from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
 from ..expressions.node import Node, var
 from ..findings import Unreadable
+from ..text.numbers import as_float
 from .binding import NOTHING, bind, names
 from .body import Body, Subcircuit
 from .draws import Draws
@@ -249,7 +250,7 @@ class Scope:
             return value
         tree = self.bind(value, own_current, local)
         if local and tree.op == "num":
-            return float(tree.value)
+            return as_float(tree.value)
         if tree.op != "num":
             found = Expression(tree, value.span, "" if value.made else value.text)
             if found.variables() - (set() if thermal else {"temper"}):

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from ..text.numbers import Traced, as_float
 from .function_values import SCALAR, array_functions, divide, real_power
 from .node import Node, num
 
@@ -34,7 +35,7 @@ def scalar(node: Node, values: Mapping[str, float]) -> float:
     if op == "num":
         return node.value  # type: ignore[return-value]
     if op == "var" or op == "name":
-        return float(values[node.value])  # type: ignore[index]
+        return as_float(values[node.value])  # type: ignore[index]
     args = node.args
     total = scalar(args[0], values)
     if op == "add":
@@ -54,11 +55,17 @@ def scalar(node: Node, values: Mapping[str, float]) -> float:
     if op == "neg":
         return -total
     if op == "pow":
-        return real_power(total, scalar(args[1], values))
+        exponent = scalar(args[1], values)
+        if isinstance(total, Traced) or isinstance(exponent, Traced):
+            return as_float(total**exponent)
+        return real_power(total, exponent)
     if op == "call":
         rest = []
         for arg in args[1:]:
             rest.append(scalar(arg, values))
+        for known in (total, *rest):
+            if isinstance(known, Traced):
+                return known.applied(str(node.value), (total, *rest))
         return SCALAR[node.value](total, *rest)  # type: ignore[index]
     if op == "if":
         return scalar(args[1 if total != 0.0 else 2], values)

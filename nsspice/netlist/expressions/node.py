@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..text.numbers import format_number
+from ..text.numbers import Traced, as_float, format_number
 
 #: parts of complex signals: decibels, magnitude, phase, real and imaginary part
 COMPLEX_FORMS = frozenset(kind + part for kind in "vi" for part in ("db", "m", "p", "r", "i"))
@@ -72,7 +72,7 @@ ONE = Node("num", (), 1.0)
 
 def num(value: float) -> Node:
     """Return a constant."""
-    return Node("num", (), float(value))
+    return Node("num", (), as_float(value))
 
 
 def name(identifier: str) -> Node:
@@ -87,7 +87,7 @@ def var(identifier: str) -> Node:
 
 def is_num(node: Node, value: float) -> bool:
     """Return whether a node is this constant."""
-    return node.op == "num" and node.value == value
+    return node.op == "num" and not isinstance(node.value, Traced) and node.value == value
 
 
 def add(terms: Iterable[Node]) -> Node:
@@ -157,7 +157,7 @@ def call(function: str, *args: Node) -> Node:
 
 def choose(condition: Node, then: Node, other: Node) -> Node:
     """Return a conditional; equal constant branches need no condition."""
-    if then.op == "num" and is_num(other, float(then.value)):
+    if then.op == "num" and is_num(other, as_float(then.value)):
         return then
     if condition.op == "num":
         return then if condition.value != 0.0 else other

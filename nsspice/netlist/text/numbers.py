@@ -8,7 +8,27 @@ Letters after a number are a scale suffix and then a unit that is ignored: ``1kO
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
+
+
+class Traced(float):
+    """A number that knows more than its value, as how it depends on parameters.
+
+    Its arithmetic keeps that; functions of the module ``math`` do not, and are not applied to it.
+    """
+
+    __slots__ = ()
+
+    def applied(self, function: str, arguments: Sequence[float]) -> float:
+        """Return a function of arguments some of which are such numbers."""
+        raise NotImplementedError(function)
+
+
+def as_float(value: float | str) -> float:
+    """Return a float; one that knows more stays what it is."""
+    return value if isinstance(value, Traced) else float(value)
+
 
 #: scale suffixes, lower case; both micro signs are accepted
 SUFFIXES = {
