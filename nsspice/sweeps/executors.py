@@ -17,7 +17,7 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.context import BaseContext
 from typing import Any
 
@@ -31,8 +31,8 @@ from .worker import Outcome, UnknownPlan, learn, run_chunk
 _CHUNKS = 64
 #: points of one chunk at most: what is lost with a worker, and what Ctrl-C waits for
 _LARGEST = 32
-#: a process that ends three times over the same chunk is no accident
-_ATTEMPTS = 3
+#: a process that ends twice over a chunk that runs alone is no accident
+_ATTEMPTS = 2
 #: what is left to do is worth processes beyond this [s]: to start one takes some tenths
 _WORTH = 1.0
 
@@ -205,34 +205,46 @@ def _begin(plan: Plan) -> None:
 
 @dataclass(slots=True)
 class _Tries:
-    """How often a chunk was begun, and whether its worker needs the plan with it."""
+    """How often a chunk has ended a process by itself, and whether its worker needs the plan."""
 
     chunk: Chunk
     count: int = 0
-    with_plan: bool = field(default=False)
+    with_plan: bool = False
+    alone: bool = False
 
 
 def _side_by_side(
     plan: Plan, chunks: Sequence[Chunk], home: _Borrowed | _Processes
 ) -> Iterator[Finished]:
-    """Keep workers busy; send chunks again whose worker did not know the plan, or has died."""
+    """Keep workers busy; send chunks again whose worker did not know the plan, or has died.
+
+    A process that ends takes all chunks with it that its pool has.  These are then run one by one,
+    so that none is blamed but that which ends a process by itself.
+    """
     key = learn(plan)
     waiting = [_Tries(chunk) for chunk in reversed(chunks)]
+    suspects: list[_Tries] = []
     running: dict[Future[list[Outcome]], _Tries] = {}
 
-    def submit(tries: _Tries) -> None:
+    def submit(queue: list[_Tries], alone: bool) -> None:
+        tries = queue[-1]
+        tries.alone = alone
         sent = plan if tries.with_plan else None
         running[home.executor.submit(run_chunk, key, tries.chunk.rows, sent)] = tries
+        queue.pop()
 
-    while waiting or running:
+    while waiting or running or suspects:
+        broken = False
         try:
-            while waiting and len(running) < home.depth:
-                submit(waiting[-1])
-                waiting.pop()
+            if suspects and not running:
+                submit(suspects, alone=True)
+            while waiting and not suspects and len(running) < home.depth:
+                if any(tries.alone for tries in running.values()):
+                    break
+                submit(waiting, alone=False)
             done, _ = wait(running, return_when=FIRST_COMPLETED)
         except BrokenExecutor:
-            done = set(running)
-        broken = False
+            done, broken = set(running), True
         for future in done:
             tries = running.pop(future)
             try:
@@ -241,10 +253,12 @@ def _side_by_side(
             except UnknownPlan:
                 tries.with_plan = True
             except BrokenExecutor as error:
-                broken, tries.count = True, tries.count + 1
+                broken, tries.count = True, tries.count + tries.alone
                 if tries.count >= _ATTEMPTS or not isinstance(home, _Processes):
                     yield tries.chunk, f"the process that ran this point ended: {error}"
-                    continue
+                else:
+                    suspects.append(tries)
+                continue
             except Exception as error:  # of somebody's cluster: a lost worker, a lost connection
                 tries.count += 1
                 tries.with_plan = True
@@ -253,6 +267,5 @@ def _side_by_side(
                     continue
             waiting.append(tries)
         if broken and home.renew():
-            # all that was in the broken pool is lost with it; only one chunk is to blame
-            waiting += running.values()
+            suspects += running.values()
             running.clear()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import os
+import time
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 
@@ -14,6 +16,7 @@ import nsspice
 from nsspice.errors import UsageError
 from nsspice.sweeps import executors, worker
 from nsspice.sweeps.executors import chunks_of, run_here
+from nsspice.sweeps.worker import run_chunk
 
 BUCK = """buck
 .param d=0.5 rload=5
@@ -105,6 +108,21 @@ def test_a_point_that_kills_its_process_is_named(monkeypatch) -> None:
     table = nsspice.sweep(BUCK, {"d": [0.4, 0.5, 0.6]}, workers=2)
     assert table.status == ["ok", "NS3090", "ok"]
     assert Fatal.made > 1
+
+
+def _ends_at_a_half(key, rows, plan=None):
+    if rows[0, 0] == 0.5:
+        time.sleep(0.2)  # its neighbour is in the pool
+        os._exit(1)
+    time.sleep(0.1)
+    return run_chunk(key, rows, plan)
+
+
+def test_its_neighbours_in_the_pool_are_not_blamed(monkeypatch) -> None:
+    """Processes that end in earnest, whatever else is in their pool at the time."""
+    monkeypatch.setattr(executors, "run_chunk", _ends_at_a_half)
+    table = nsspice.sweep(BUCK, {"d": [0.5, 0.6, 0.4, 0.3]}, workers=2)
+    assert table.status == ["NS3090", "ok", "ok", "ok"]
 
 
 def test_ctrl_c_keeps_what_is_finished_and_a_journal_goes_on(
