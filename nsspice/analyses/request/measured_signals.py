@@ -12,6 +12,8 @@ from ..signals.signal_names import canonical
 from .cards import Tran
 
 _SIGNALS = ("v(", "i(", "p(")
+#: operations that a closed form of the steady state answers
+_INTEGRALS = frozenset(("avg", "rms", "integ", "thd", *(f"harm{k}" for k in range(101))))
 #: an instant is that of a row up to this part of the distance of the rows
 _ON_ROW = 1e-9
 
@@ -49,12 +51,20 @@ class Watched:
     stop: float
 
     @classmethod
-    def of(cls, circuit: Circuit, analysis: Tran, more: Sequence[str] = ()) -> Watched | None:
-        """Return what the measures of a deck and ``more`` signals need, None if rows will do."""
+    def of(
+        cls, circuit: Circuit, analysis: Tran, more: Sequence[str] = (), kind: str = "tran"
+    ) -> Watched | None:
+        """Return what the measures of a deck and ``more`` signals need, None if rows will do.
+
+        Those of a steady state (``pss``) that are integrals follow from closed forms instead.
+        """
+        closed = _INTEGRALS if kind == "pss" else frozenset()
         cards = [
             card
             for card in circuit.deck.measures
-            if card.analysis == "tran" and card.operation != "param" and not _at_row(card, analysis)
+            if card.analysis == kind
+            and card.operation not in ("param", *closed)
+            and not _at_row(card, analysis)
         ]
         windows = [_window(card, analysis) for card in cards]
         if more:

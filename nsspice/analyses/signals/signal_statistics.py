@@ -232,11 +232,7 @@ def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
     k = turns.argmax(axis=1)
     low = np.where(turns.any(axis=1), places(_AROUND)[k], places(_AROUND)[values.argmax(axis=1)])
     high = np.where(turns.any(axis=1), places(_AROUND)[k + 1], low)
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        rising = np.einsum("kn,kn->k", basis(_AROUND, middle), rates) > 0.0
-        low, high = np.where(rising, middle, low), np.where(rising, high, middle)
-    at = 0.5 * (low + high)
+    at = _summit(rates, low, high)
     found = sign * cells.values(trace, at[:, np.newaxis])[:, 0]
     if trace.linear:
         return found, at  # a piece is smooth, and so is a sum of signals in it
@@ -256,6 +252,26 @@ def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
     of_kink = sign * cells.values(trace, kink[:, np.newaxis])[:, 0]
     higher = of_kink > found + 4.0 * _EPS * np.abs(found)
     return np.where(higher, of_kink, found), np.where(higher, kink, at)
+
+
+def _summit(rates: Floats, low: Floats, high: Floats) -> Floats:
+    """Return where polynomials fall through zero, by Newton's method between two bounds."""
+    curves = rates @ slopes(_AROUND).T
+    at = 0.5 * (low + high)
+    for _ in range(_HALVINGS):
+        factors = basis(_AROUND, at)
+        rate = np.einsum("kn,kn->k", factors, rates)
+        curve = np.einsum("kn,kn->k", factors, curves)
+        low, high = np.where(rate > 0.0, at, low), np.where(rate > 0.0, high, at)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            step = at - rate / curve
+        inside = (step > low) & (step < high)
+        found = np.where(inside, step, 0.5 * (low + high))
+        done = np.all(np.abs(found - at) <= _EPS)
+        at = found
+        if done:
+            break
+    return at
 
 
 def crossings(trace: Trace, level: float, edge: Edge, start: float, stop: float) -> Floats:

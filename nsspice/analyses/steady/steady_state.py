@@ -29,6 +29,7 @@ from ..certificate.failure import named_failure
 from ..request.arguments import finite, instant_of
 from ..request.cards import Tran
 from ..request.load import need_circuit
+from ..request.measured_signals import Watched
 from ..request.period import common, is_multiple
 from ..request.periodic_sources import common_period, continued, period_of
 from ..request.request import Neighbour, Request
@@ -207,11 +208,14 @@ def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
     settings = replace(Settings.of(circuit.deck, "auto"), theta=1.0, step=None, stepped=False)
     if any(o is not None and o.stepped for o in orbits):
         settings = replace(settings, reltol=finer(settings.reltol))  # so that the period closes
+    cycle = Tran(period, analysis.row_step)
     solution = run_tran(
         circuit,
-        Tran(period, analysis.row_step),
+        cycle,
         settings,
         replace(request, keep=True, progress=None),
+        # a run of its own for peaks and crossings would cost as much again
+        watched=Watched.of(circuit, cycle, kind="pss") if request.extra else None,
         beginnings=[None if o is None else o.beginning for o in orbits],
         periodic_sources=True,
     )
