@@ -33,6 +33,8 @@ _TO_ENDS = np.polynomial.legendre.legvander(np.array([-1.0, 1.0]), 11) @ np.lina
 _AGREE = 16.0 * _EPS
 #: an interval is halved so often: a jump is located to rounding of an instant
 _HALVINGS = 52
+#: part of a cell to which an extreme is located: its value is off by the square of that
+_SETTLED = 1e-13
 #: points at which a piece is looked at for extremes and crossings: three for each degree of freedom
 _LOOKS = places(34)
 #: points of the polynomial around an extreme
@@ -267,7 +269,7 @@ def _summit(rates: Floats, low: Floats, high: Floats) -> Floats:
             step = at - rate / curve
         inside = (step > low) & (step < high)
         found = np.where(inside, step, 0.5 * (low + high))
-        done = np.all(np.abs(found - at) <= _EPS)
+        done = np.all(np.abs(found - at) <= _SETTLED)
         at = found
         if done:
             break
