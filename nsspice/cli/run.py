@@ -24,6 +24,7 @@ from .options import (
 from .progress import ProgressBar
 from .report import print_json, report_error, report_warnings, say
 from .source import circuit_of, path_of
+from .step_table import is_stepped, show_steps
 
 if TYPE_CHECKING:
     from ..circuit import Circuit
@@ -357,11 +358,15 @@ class _Run:
 
     def execute(self) -> int:
         """Run all jobs; return the exit code."""
-        with ProgressBar(self.netlist.name, not (self.quiet or self.as_json)) as bar:
-            for k in range(len(self.jobs)):
-                solution = self._job(k, bar)
-                if solution.interrupted:
-                    break
+        try:
+            with ProgressBar(self.netlist.name, not (self.quiet or self.as_json)) as bar:
+                for k in range(len(self.jobs)):
+                    solution = self._job(k, bar)
+                    if solution.interrupted:
+                        break
+        finally:
+            if not (self.quiet or self.as_json):
+                show_steps(self.circuit.deck.title, self.jobs, self.solutions)
         self._write_report()
         if self.as_json:
             self._print_json()
@@ -427,8 +432,8 @@ class _Run:
         if len(self.jobs) > _RECORDED:
             solution.recording = None
         solution.files = written
-        if self.quiet or self.as_json:
-            return
+        if self.quiet or self.as_json or (is_stepped(self.jobs, k) and not self.verbose):
+            return  # what is stepped becomes one table
         say(solution.summary(self.verbose))
         report_warnings(solution.warnings)
         if written:

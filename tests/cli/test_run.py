@@ -55,6 +55,24 @@ def test_steps_get_a_file_each(call):
     assert read("stepped.step2.csv")[1][0, 1] == 0.5
 
 
+def test_steps_are_one_table_with_what_was_measured(call):
+    deck = "divider\n.param r=1k\nV1 a 0 2\nR1 a b {r}\nR2 b 0 1k\n.op\n"
+    deck += ".step param r list 1k 3k 7k\n.measure op half find v(b) at=0\n"
+    Path("a.net").write_text(deck)
+    found = call("run", "a.net")
+    assert found.exit_code == 0
+    lines = [line.split() for line in found.stderr.splitlines()]
+    assert lines[0] == ["op:", "3", "steps,", "certificate", "holds"]
+    assert lines[1] == ["r", "half"]
+    # 2 V times 1k / (r + 1k)
+    assert [[float(x) for x in line] for line in lines[2:5]] == [
+        [1000.0, 1.0], [3000.0, 0.5], [7000.0, 0.25],
+    ]  # fmt: skip
+    assert found.stderr.count("written") == 1
+    # details are those of each run
+    assert call("run", "a.net", "--verbose", "--force").stderr.count("half =") == 3
+
+
 def test_output_name(call):
     assert call("run", "rc.net", "-o", "x.csv").exit_code == 0
     assert Path("x.csv").exists()
