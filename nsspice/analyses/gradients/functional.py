@@ -35,7 +35,8 @@ class Functional:
     integrals : list of (str, float, float, float)
         Signal, window [s], factor.
     values : list of (str, float, bool, float)
-        Signal, instant [s], whether it moves with an event there, factor.
+        Signal, instant [s], side, factor: -1 and 1 before and after an event with which it moves,
+        0 at an instant that is fixed.
     products : list of (str, str, float, float, float)
         Two signals, window, factor of the integral of their product.
     waves : list of (str, float, float, float, float, float)
@@ -46,7 +47,7 @@ class Functional:
     """
 
     integrals: list[tuple[str, float, float, float]] = field(default_factory=list)
-    values: list[tuple[str, float, bool, float]] = field(default_factory=list)
+    values: list[tuple[str, float, int, float]] = field(default_factory=list)
     products: list[tuple[str, str, float, float, float]] = field(default_factory=list)
     waves: list[tuple[str, float, float, float, float, float]] = field(default_factory=list)
     numbers: dict[tuple[str, ...], float] = field(default_factory=dict)
@@ -185,9 +186,9 @@ class Linearised:
         )
         if rate == 0.0:
             raise _none(card, f"at {time:.9g} s the signal touches the level without crossing it")
-        found = Functional().add(-1.0 / rate, self._signal(card, cond.signal, time, False))
+        found = Functional().add(-1.0 / rate, self._signal(card, cond.signal, time, 0))
         if cond.other is not None:
-            found.add(1.0 / rate, self._signal(card, cond.other, time, False))
+            found.add(1.0 / rate, self._signal(card, cond.other, time, 0))
         else:
             found.numbers[card.name, side, "value"] = 1.0 / rate
         return _Instant(time, found)
@@ -196,10 +197,13 @@ class Linearised:
     def _measured(self) -> Mapping[str, float]:
         return self._solution.measures
 
-    def _values(self, names: Sequence[str], time: float) -> dict[str, float]:
+    def _values(self, names: Sequence[str], time: float, side: int = 0) -> dict[str, float]:
+        # what holds on both sides of an instant is recorded around it
+        wide = bounds(self._solution) if side else (time, time)
+
         def value(name: str) -> float:
-            trace = trace_of(self._solution, Expression.parse(name), None, time, time)
-            return statistics.value(trace, time)
+            trace = trace_of(self._solution, Expression.parse(name), None, *wide)
+            return statistics.value(trace, time, left=side < 0)
 
         found = {}
         for name in names:
@@ -207,24 +211,25 @@ class Linearised:
             found[name] = sum(value(a) * (1.0 if b is None else value(b)) for a, b in parts)
         return found
 
-    def _signal(
-        self, card: Measure, expression: Expression, time: float, moves: bool
-    ) -> Functional:
-        """Return the value of an expression at an instant that is fixed, or moves with an event."""
+    def _signal(self, card: Measure, expression: Expression, time: float, side: int) -> Functional:
+        """Return the value of an expression at an instant that is fixed (0), or at an event.
+
+        Before it for the side -1, after it for 1.
+        """
         names = [n for n in sorted(expression.variables()) if n != "time"]
         constants = [n for n in names if n in self._measured]
         names = [n for n in names if n not in constants]
-        known = {**self._values(names, time), **self._measured, "time": time}
+        known = {**self._values(names, time, side), **self._measured, "time": time}
         found = Functional()
         for name in names:
             slope = float(expression.derivative(name).evaluate(known))
             for one, other in self._factors(name):
                 if other is None:
-                    found.values.append((one, time, moves, slope))
+                    found.values.append((one, time, side, slope))
                     continue
-                ends = self._values([one, other], time)
-                found.values.append((one, time, moves, slope * ends[other]))
-                found.values.append((other, time, moves, slope * ends[one]))
+                ends = self._values([one, other], time, side)
+                found.values.append((one, time, side, slope * ends[other]))
+                found.values.append((other, time, side, slope * ends[one]))
         for name in constants:
             found.add(float(expression.derivative(name).evaluate(known)), self[name])
         return found
@@ -238,7 +243,7 @@ class Linearised:
         return [(v, f"i({current})") for v, (current, _, _) in zip(voltage, powers, strict=True)]
 
     def _value(self, card: Measure, expression: Expression, at: _Instant) -> Functional:
-        found = self._signal(card, expression, at.time, False)
+        found = self._signal(card, expression, at.time, 0)
         if at.moves.values or at.moves.numbers:
             found.add(self._rate(expression, at.time), at.moves)
         return found
@@ -254,7 +259,7 @@ class Linearised:
     ) -> tuple[Functional, list[Tie]]:
         trace = trace_of(self._solution, expression, self._measured, low.time, high.time)
         top, time = statistics.extreme(trace, low.time, high.time, least=least)
-        found = self._reached(card, expression, low, high, time)
+        found = self._reached(card, expression, low, high, time, least)
         # whether it is reached once more, apart from the place where it has been found; at an end
         # that was cut off it is the same extreme, a flat one
         beside = 1e-3 * (high.time - low.time)
@@ -264,19 +269,28 @@ class Linearised:
                 value, at = statistics.extreme(trace, start, stop, least=least)
                 others += [(value, at)] if at not in (start, stop) else []
         ties = [
-            Tie(card.name, self._reached(card, expression, low, high, at), (time, at))
+            Tie(card.name, self._reached(card, expression, low, high, at, least), (time, at))
             for value, at in others
             if at != time and abs(value - top) <= 1e-9 * max(abs(top), abs(value))
         ]
         return found, ties
 
     def _reached(
-        self, card: Measure, expression: Expression, low: _Instant, high: _Instant, time: float
+        self,
+        card: Measure,
+        expression: Expression,
+        low: _Instant,
+        high: _Instant,
+        time: float,
+        least: bool,
     ) -> Functional:
         for end in (low, high):
             if time == end.time:
                 return self._value(card, expression, end)
-        return self._signal(card, expression, time, True)
+        trace = trace_of(self._solution, expression, self._measured, low.time, high.time)
+        before, after = (statistics.value(trace, time, left=left) for left in (True, False))
+        later = after < before if least else after > before
+        return self._signal(card, expression, time, 1 if later else -1)
 
     def _integral(
         self, card: Measure, expression: Expression, low: _Instant, high: _Instant

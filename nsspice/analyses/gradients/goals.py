@@ -26,9 +26,9 @@ def goal_of(
     place = {name: k for k, name in enumerate(names)}
 
     values = []
-    for name, time, moves, factor in functional.values:
+    for name, time, given, factor in functional.values:
         close = events[np.abs(events - time) <= _AT_EVENT * stop]
-        instant, side = (float(close[0]), -1) if moves and close.size else (time, 0)
+        instant, side = (float(close[0]), given) if given and close.size else (time, 0)
         values += [(place[part], instant, side, factor * f) for part, f in local[name]]
     products = []
     for one, other, start, end, factor in functional.products:

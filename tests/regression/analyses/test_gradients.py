@@ -269,3 +269,17 @@ def test_measures_without_a_derivative_say_so(line: str, reason: str) -> None:
     """NS4041 with the reason."""
     with pytest.raises(nsspice.UsageError, match=f"NS4041.*{reason}"):
         nsspice.gradient(nsspice.read(RC + line + "\n"), ["m"], ["r1"])
+
+
+def test_a_peak_right_after_a_jump() -> None:
+    """The flyback of the collection: its secondary takes over the flux when the switch opens."""
+    deck = nsspice.read("netlists/converters/flyback.net")
+    names = ["vin", "don", "lp", "ls"]
+    found = nsspice.gradient(deck, ["i_sec"], names)
+    # V don T / Lp sqrt(Lp / Ls), from rest in each period: powers 1, 1, -1/2, -1/2
+    peak = 48.0 * 0.3 * 10e-6 / 50e-6 * 4.0
+    wanted = {
+        name: power * peak / found.parameters[name]
+        for name, power in zip(names, (1.0, 1.0, -0.5, -0.5), strict=True)
+    }
+    assert_close(found.derivatives, {"i_sec": wanted}, found.parameters)
