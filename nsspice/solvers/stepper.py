@@ -346,6 +346,11 @@ class Stepper(ABC):
         """Rows handed out, and weighted sums of the values of each column and of their sizes."""
         return self._core.written()  # type: ignore[no-any-return]
 
+    @property
+    def expected(self) -> list[float]:
+        """What the columns must add up to, weighted, from the quantities that rows are made of."""
+        return self._core.expected()  # type: ignore[no-any-return]
+
     def take_references(self) -> Floats:
         """Return some rows, computed once more, since the last call, shape (k, columns)."""
         return np.empty((0, self._columns))

@@ -17,9 +17,11 @@ from .written_rows import KNOWN, Violation
 class CopiedRows:
     """Compares the rows of one island with what its stepper shows of them.
 
-    The core adds up each column as rows leave the engine; the table must have the same sums.  The
-    exact engine computes a row of each mode and some others once more from its unknowns, not by the
-    maps of its modes.
+    The core adds up each column as rows leave the engine; the table must have the same sums.  What
+    rows are made of is added up too: terms and states of the exact engine, unknowns of steps and
+    powers of their polynomials; the sums that follow from these must be those of the rows.  The
+    exact engine also computes a row of each mode and some others once more from its unknowns, not
+    by the maps of its modes.
 
     Parameters
     ----------
@@ -87,6 +89,13 @@ class CopiedRows:
         rounding[1:] = KNOWN * np.where(
             self._currents[1:], amperes + siemens * volts, volts + self._ohms * amperes
         )
+        if count:
+            with np.errstate(invalid="ignore"):
+                apart = np.abs(np.array(sums[1:]) - np.array(self._stepper.expected))
+                # each row may have a rounding of its own
+                apart = np.maximum(apart - count * rounding[1:], 0.0)
+            total = _largest(apart, np.array(sizes[1:]))
+            error = total if worse(total, error) else error
         beyond = np.where(self._off > rounding, self._off - rounding, 0.0)
         other = _largest(np.where(np.isfinite(self._off), beyond, self._off), largest)
         return Violation(other if worse(other, error) else error, "what is written", 0.0)

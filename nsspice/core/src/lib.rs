@@ -35,6 +35,7 @@ mod pivots;
 mod python;
 mod rounding;
 mod row_clock;
+mod row_sums;
 mod sampling;
 mod source_determined;
 mod tolerances;

@@ -414,6 +414,11 @@ impl PyStepper {
         self.written.sums()
     }
 
+    /// What the columns must add up to, weighted, from the quantities that rows are made of.
+    fn expected(&mut self) -> Vec<f64> {
+        self.inner.recorder.expected_sums()
+    }
+
     /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.
     fn turns(&self) -> Vec<TurnSpec> {
         turn_specs(self.inner.switching_turns())

@@ -234,6 +234,8 @@ impl Engine {
             }
             row[0] = target;
             self.write_expanded((target - begin).max(0.0), &mut row[1..]);
+            let e = &self.expanded;
+            self.table.expected.see_series([&e.z, &e.l, &e.dz, &e.u]);
             self.plan.rows.advance();
             count += 1;
         }

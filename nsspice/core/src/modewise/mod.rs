@@ -22,6 +22,7 @@ mod cluster;
 mod energy_balance;
 pub mod error_carrying;
 mod expanded;
+mod expected_rows;
 mod exponential;
 mod gramian;
 mod guard_rows;

@@ -2,6 +2,7 @@
 //! few of a mode that is hardly met through its unknowns.
 
 use super::block_outputs::Handed;
+use super::expected_rows::ExpectedRows;
 use super::inputs::Segment;
 use super::limits::Ends;
 use super::mode::Mode;
@@ -46,11 +47,11 @@ impl Inside {
         &mut self,
         outputs: (&Outputs, &Mode),
         (path, segment): (&Trajectory, &Segment),
-        table: &mut [f64],
-        columns: usize,
+        (table, columns): (&mut [f64], usize),
+        expected: Option<&mut ExpectedRows>,
     ) {
         if self.singly {
-            return self.write_singly(outputs, (path, segment), table, columns);
+            return self.write_singly(outputs, (path, segment), (table, columns), expected);
         }
         let Inside { values, rates, strides, anchor, times, terms: [value, slope], .. } = self;
         path.at(times[0], anchor);
@@ -64,6 +65,9 @@ impl Inside {
         if self.rated {
             rates.write_add(slopes, path.slots, table, columns);
         }
+        if let Some(expected) = expected {
+            expected.see(times, points, self.rated.then_some(slopes), path.slots);
+        }
     }
 
     /// The outputs at the instants of the run, one after the other.
@@ -71,8 +75,8 @@ impl Inside {
         &mut self,
         (outputs, mode): (&Outputs, &Mode),
         (path, segment): (&Trajectory, &Segment),
-        table: &mut [f64],
-        columns: usize,
+        (table, columns): (&mut [f64], usize),
+        mut expected: Option<&mut ExpectedRows>,
     ) {
         let Inside { anchor, single, times, x, v, sizes, .. } = self;
         x.resize(mode.n, 0.0);
@@ -84,6 +88,9 @@ impl Inside {
             path.inputs(segment, anchor, v);
             let at = (&*anchor, &x[..], &v[..]);
             single.write((outputs, mode, None), (path, segment), at, &mut row[1..], sizes);
+            if let Some(expected) = &mut expected {
+                expected.see(&[*t], &anchor.value, Some(&anchor.slope), path.slots);
+            }
         }
     }
 }
@@ -102,6 +109,8 @@ pub struct Table {
     references: Vec<f64>,
     /// somebody compares them
     refers: bool,
+    /// what all rows must add up to
+    pub(super) expected: ExpectedRows,
     /// modes of which a row has been computed once more
     referred: Vec<bool>,
     /// the row at the end of an implicit step at which the run waits
@@ -125,6 +134,7 @@ impl Table {
             written: 0,
             references: Vec::new(),
             refers: false,
+            expected: ExpectedRows::default(),
             referred: Vec::new(),
             stepped: Vec::new(),
         }
@@ -148,6 +158,7 @@ impl Engine {
     /// Keeps also what only checks of rows and of turning gates need.
     pub fn watch_closely(&mut self) {
         self.table.refers = true;
+        self.table.expected.rows.wanted = true;
         self.log.turns.wanted = true;
     }
 
@@ -213,7 +224,8 @@ impl Engine {
         }
         let (mut rest, mut count) = (out, 0);
         let Motion { present, path, segment, .. } = &self.motion;
-        let (clock, Table { inside, outputs, .. }) = (&mut self.plan.rows, &mut self.table);
+        let (clock, Table { inside, outputs, expected, .. }) =
+            (&mut self.plan.rows, &mut self.table);
         let Some((_, mode)) = present else { return 0 };
         while let Some(first) = clock.peek().filter(within) {
             let most = if evenly { RUN } else { 1 };
@@ -235,9 +247,10 @@ impl Engine {
             }
             let table;
             (table, rest) = rest.split_at_mut(inside.times.len() * columns);
-            inside.write((outputs, mode), (path, segment), table, columns);
+            inside.write((outputs, mode), (path, segment), (table, columns), Some(&mut *expected));
             count += inside.times.len();
         }
+        self.close_expected();
         count
     }
 
@@ -251,7 +264,8 @@ impl Engine {
         let Motion { present, path, segment, .. } = &self.motion;
         let Table { inside, outputs, .. } = &mut self.table;
         if let Some((_, mode)) = present {
-            inside.write((outputs, mode), (path, segment), row, row.len());
+            let columns = row.len();
+            inside.write((outputs, mode), (path, segment), (row, columns), None);
         }
     }
 

@@ -421,6 +421,7 @@ impl Engine {
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
             if self.table.ends.rows.next(row) {
+                self.table.expected.rows.take(row);
                 rows += 1;
                 continue;
             }
@@ -445,11 +446,13 @@ impl Engine {
                 }
                 Phase::Stepping(h) => match self.implicit_step(h, target, row) {
                     Ok(Stepped::Row) => {
+                        self.table.expected.rows.take(row);
                         self.plan.rows.advance();
                         rows += 1;
                         Ok(())
                     }
                     Ok(Stepped::Point) => {
+                        self.table.expected.rows.take(row);
                         rows += 1;
                         Ok(())
                     }

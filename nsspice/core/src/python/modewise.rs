@@ -233,6 +233,11 @@ impl PyModewise {
         self.written.sums()
     }
 
+    /// What the columns must add up to, weighted, from the quantities that rows are made of.
+    fn expected(&mut self) -> Vec<f64> {
+        self.inner.expected_sums()
+    }
+
     /// Some rows once more, from the unknowns, since the last call.
     fn take_references<'py>(&mut self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_vec(py, self.inner.take_references())

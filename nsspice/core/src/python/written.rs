@@ -2,6 +2,7 @@
 
 use super::invalid;
 use crate::integrate::Progress;
+use crate::row_sums::weight;
 use crate::switch::Turns;
 use numpy::{PyReadonlyArray2, PyReadwriteArray2};
 use pyo3::prelude::*;
@@ -16,9 +17,6 @@ pub(super) fn turn_specs(turns: &Turns) -> Vec<TurnSpec> {
     let kept = turns.kept.iter();
     kept.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
 }
-
-/// Rows have one of so many weights, so that rows in another order have another sum.
-const WEIGHTS: u64 = 8;
 
 /// What has been handed out.
 #[derive(Default)]
@@ -49,7 +47,7 @@ impl Written {
         self.signed.resize(1 + part.len(), 0.0);
         self.sizes.resize(1 + part.len(), 0.0);
         for row in table.chunks_exact(columns) {
-            let weight = 1.0 + (self.count % WEIGHTS) as f64 / WEIGHTS as f64;
+            let weight = weight(self.count);
             self.count += 1;
             self.signed[0] += weight * row[0];
             self.sizes[0] += weight * row[0].abs();

@@ -69,6 +69,8 @@ pub struct Outputs {
     /// scratch: z, l, rates, u, f, rates of f one after the other
     all: Vec<f64>,
     sizes: [usize; 6],
+    /// weighted sums of all quantities over rows
+    summed: Vec<f64>,
 }
 
 impl Outputs {
@@ -84,6 +86,7 @@ impl Outputs {
             needs_function_rates: false,
             all: vec![0.0; sizes.iter().sum()],
             sizes,
+            summed: Vec::new(),
         };
         for output in outputs {
             for &(part, index, factor) in output {
@@ -194,6 +197,26 @@ impl Outputs {
             self.all[first..first + f].copy_from_slice(quantities.f[0]);
             self.all[first + f..].copy_from_slice(quantities.f[1]);
         }
+        self.combine(row);
+    }
+
+    /// Adds the quantities of the row written last to their sums.
+    pub fn sum_last(&mut self, weight: f64) {
+        self.summed.resize(self.all.len(), 0.0);
+        crate::dense::add_scaled(&mut self.summed, weight, &self.all);
+    }
+
+    /// The outputs of the sums, which start afresh.
+    pub fn write_sums(&mut self, row: &mut [f64]) {
+        self.all.fill(0.0);
+        let count = self.summed.len();
+        self.all[..count].copy_from_slice(&self.summed);
+        self.summed.clear();
+        self.combine(row);
+    }
+
+    /// The outputs of all quantities.
+    fn combine(&self, row: &mut [f64]) {
         let mut begin = 0;
         for &(end, group) in &self.groups {
             let row = &mut row[begin..end];

@@ -6,6 +6,7 @@ use super::samples::Samples;
 use super::state::State;
 use super::statistics::Statistics;
 use crate::audit::Sums;
+use crate::row_sums::RowSums;
 
 /// Events kept in full; later ones are only counted.
 pub(in crate::integrate) const MAX_EVENTS: usize = 1 << 16;
@@ -26,6 +27,8 @@ pub struct Recorder {
     pub(in crate::integrate) two_sided: bool,
     /// the row before a jump
     pub(in crate::integrate) left: Vec<f64>,
+    /// what all rows must add up to
+    pub(in crate::integrate) expected: RowSums,
     /// unknowns at the begin of the recorded step
     pub(in crate::integrate) z_recorded: Vec<f64>,
     /// from here on every step is a row, and a jump two [s]; infinite for rows of the grid only
@@ -52,6 +55,7 @@ impl Recorder {
             sums: None,
             two_sided: false,
             left: vec![0.0; 1 + outputs.len()],
+            expected: RowSums::default(),
             z_recorded: vec![0.0; n],
             all_points: f64::INFINITY,
             first_row: false,
@@ -107,6 +111,22 @@ impl Recorder {
         row[0] = label;
         let (z, l, u) = (&state.z[..], &state.l[..], &state.u0[..]);
         self.outputs.write(&Quantities { z, l, rates: &self.rates, u, f }, &mut row[1..]);
+    }
+
+    /// The row written last belongs to the table.
+    pub fn expect_last(&mut self) {
+        if self.expected.wanted {
+            let weight = self.expected.next();
+            self.outputs.sum_last(weight);
+        }
+    }
+
+    /// What the columns of all rows so far must add up to, weighted.
+    pub fn expected_sums(&mut self) -> Vec<f64> {
+        let mut row = vec![0.0; self.outputs.len()];
+        self.outputs.write_sums(&mut row);
+        self.expected.add(1.0, &row);
+        self.expected.sums().to_vec()
     }
 
     /// The row before a possible jump, with the sources before it.

@@ -198,6 +198,7 @@ impl Stepper {
     /// Keeps also what only checks of turning gates need.
     pub fn watch_closely(&mut self) {
         self.switching.turns.wanted = true;
+        self.recorder.expected.wanted = true;
     }
 
     /// State of each switch's gate.
@@ -255,6 +256,7 @@ impl Stepper {
             if self.recorder.first_row {
                 self.recorder.first_row = false;
                 self.write(self.state.time, &mut out[rows * columns..(rows + 1) * columns]);
+                self.recorder.expect_last();
                 rows += 1;
                 if self.recorder.samples.between(self.state.time) {
                     self.recorder.note_side(&self.state, self.solver.functions(), self.state.time);
@@ -298,6 +300,7 @@ impl Stepper {
             }
             if target.row || target.time >= self.recorder.all_points {
                 self.write(target.label, &mut out[rows * columns..(rows + 1) * columns]);
+                self.recorder.expect_last();
                 rows += 1;
             }
             if self.recorder.samples.between(target.time) && !self.recorder.two_sided {
@@ -321,6 +324,7 @@ impl Stepper {
                 return 0;
             }
             out[..recorder.left.len()].copy_from_slice(&recorder.left);
+            recorder.expected.take(&recorder.left);
             return 1;
         }
         recorder.samples.sides.extend_from_slice(&recorder.left);

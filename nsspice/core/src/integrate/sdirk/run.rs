@@ -214,6 +214,7 @@ impl Sdirk {
         while rows < capacity {
             let row = &mut out[rows * columns..(rows + 1) * columns];
             if self.shown.points.next(row) {
+                s.recorder.expected.take(row);
                 rows += 1;
                 continue;
             }
@@ -234,6 +235,7 @@ impl Sdirk {
             }
             if self.shown.rows.time() <= s.state.time + self.at_once(s.state.time) {
                 s.write(self.shown.rows.time(), row);
+                s.recorder.expect_last();
                 self.shown.rows.advance();
                 rows += 1;
                 continue;

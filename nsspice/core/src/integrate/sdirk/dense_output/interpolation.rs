@@ -5,7 +5,7 @@
 //! can anywhere in the step (J.-P. Berrut, L. N. Trefethen, *Barycentric Lagrange interpolation*, SIAM
 //! Review 46 (2004) 501, doi:10.1137/S0036144502417715).  Between them it is compared with the laws.
 
-use super::polynomial::{basis, Basis, Curve, POWERS as POINTS};
+use super::polynomial::{basis, Basis, Curve, Moments, POWERS as POINTS};
 use super::rows::Inside;
 use super::source_outputs::Driven;
 use crate::integrate::implicit::stepper::Stepper;
@@ -97,11 +97,22 @@ impl Between {
         theta: f64,
         row: &mut [f64],
     ) {
-        self.curve.write(2.0 * theta / self.end - 1.0, row);
+        self.curve.write(self.place(theta), row);
         if !self.driven.is_empty() {
             trial.look_up_sources(s, theta);
             self.driven.write(&trial.at.u, row);
         }
+    }
+
+    /// Where the polynomial has the part `theta` of the step.
+    pub(in crate::integrate::sdirk) fn place(&self, theta: f64) -> f64 {
+        2.0 * theta / self.end - 1.0
+    }
+
+    /// Sums of rows.
+    pub(in crate::integrate::sdirk) fn write_sums(&self, moments: &Moments, row: &mut [f64]) {
+        self.curve.write_sums(moments, row);
+        self.driven.write(&moments.sources, row);
     }
 }
 

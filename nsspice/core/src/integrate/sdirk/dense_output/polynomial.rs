@@ -27,6 +27,13 @@ impl Curve {
         }
     }
 
+    /// Sums over rows of all outputs.
+    pub fn write_sums(&self, moments: &Moments, row: &mut [f64]) {
+        for (out, coefficients) in row.iter_mut().zip(&self.coefficients) {
+            *out = coefficients.iter().zip(&moments.powers).map(|(c, p)| c * p).sum();
+        }
+    }
+
     /// Becomes the continuous solution of a step, of which the outputs are `sums`; places are parts of the
     /// step.
     pub fn follow(&mut self, sums: &[Sum], trial: &Trial, tableau: &Tableau) {
@@ -51,6 +58,31 @@ impl Curve {
                 coefficients.iter_mut().zip(lagrange).for_each(|(c, l)| *c += v * l);
             }
         }
+    }
+}
+
+/// Weighted sums over rows of the powers of their places, and of the sources there.
+#[derive(Default)]
+pub struct Moments {
+    powers: [f64; POWERS],
+    pub sources: Vec<f64>,
+}
+
+impl Moments {
+    /// Takes a row.
+    pub fn add(&mut self, weight: f64, place: f64, sources: &[f64]) {
+        let mut power = weight;
+        for sum in &mut self.powers {
+            *sum += power;
+            power *= place;
+        }
+        self.sources.resize(sources.len(), 0.0);
+        crate::dense::add_scaled(&mut self.sources, weight, sources);
+    }
+
+    /// There have been no rows.
+    pub fn is_empty(&self) -> bool {
+        self.powers[0] == 0.0
     }
 }
 

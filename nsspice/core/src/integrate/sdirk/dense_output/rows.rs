@@ -1,5 +1,6 @@
 //! When rows are written, and where those inside a step come from.
 
+use super::polynomial::Moments;
 use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::sdirk::controller::stage_equations::{Fit, StageEquations};
 use crate::integrate::sdirk::run::Sdirk;
@@ -65,19 +66,50 @@ impl Sdirk {
     ) -> usize {
         let end = end - self.at_once(end);
         let mut count = 0;
+        let mut moments = Moments::default();
         for row in out.chunks_exact_mut(s.recorder.columns()) {
             let label = self.shown.rows.time();
             if label >= end {
                 break;
             }
             self.write_at(s, label, row);
+            self.expect(s, label, &mut moments);
             if s.recorder.samples.keep_sides {
                 self.shown.points.see(row);
             }
             self.shown.rows.advance();
             count += 1;
         }
+        self.close_expected(s, &moments);
         count
+    }
+
+    /// Takes a row of the table, written last, into the sums of all.
+    fn expect(&mut self, s: &mut Stepper, label: f64, moments: &mut Moments) {
+        if !s.recorder.expected.wanted {
+            return;
+        }
+        let theta = (label - self.trial.start) / self.trial.length;
+        let place = match self.shown.origin {
+            Some(Origin::Continuous) => theta,
+            Some(Origin::Between) => self.shown.between.place(theta),
+            _ => return s.recorder.expect_last(),
+        };
+        moments.add(s.recorder.expected.next(), place, &self.trial.at.u);
+    }
+
+    /// Brings sums over rows of polynomials into outputs.
+    fn close_expected(&mut self, s: &mut Stepper, moments: &Moments) {
+        if moments.is_empty() {
+            return;
+        }
+        let mut sums = vec![0.0; s.recorder.outputs.len()];
+        match self.shown.origin {
+            Some(Origin::Continuous) => self.shown.stored.write_sums(moments, &mut sums),
+            Some(Origin::Between) => self.shown.between.write_sums(moments, &mut sums),
+            _ => {}
+        }
+        s.recorder.expected.add(1.0, &sums);
     }
 
     /// Keeps the accepted step, which ends at a time, as polynomials, for measures.

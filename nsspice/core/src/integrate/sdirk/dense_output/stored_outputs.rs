@@ -1,7 +1,7 @@
 //! Outputs that are stored quantities: voltages across capacitors, currents of inductors.  The
 //! continuous solution gives them without solving for the rest.
 
-use super::polynomial::Curve;
+use super::polynomial::{Curve, Moments};
 use super::rows::Inside;
 use super::source_outputs::Driven;
 use crate::integrate::implicit::outputs::Sum;
@@ -72,6 +72,12 @@ impl StoredRows {
             trial.look_up_sources(s, theta);
             self.driven.add(&trial.at.u, row);
         }
+    }
+
+    /// Sums of rows.
+    pub(in crate::integrate::sdirk) fn write_sums(&self, moments: &Moments, row: &mut [f64]) {
+        self.curve.write_sums(moments, row);
+        self.driven.add(&moments.sources, row);
     }
 }
 
