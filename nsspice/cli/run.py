@@ -58,6 +58,12 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
     help="Write one self-contained .html page: waveforms to zoom into, verdict, measures, deck.",
 )
 @click.option(
+    "--archive",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="Put deck, all signals, versions and hashes into a folder that nsspice verify judges.",
+)
+@click.option(
     "--signals",
     "--save",
     "signals",
@@ -116,6 +122,7 @@ def command(
     plot: str | None,
     dark: bool,
     report: str | None,
+    archive: Path | None,
     signals: Sequence[str],
     tstop: float | None,
     all_points: bool,
@@ -153,7 +160,7 @@ def command(
         theta,
         step,
         tstop,
-        read_signals(signals),
+        read_signals(signals) if signals or archive is None else ["all", "alli"],
         keep=plot is not None or report is not None,
         all_points=all_points,
         reltol=reltol,
@@ -165,7 +172,9 @@ def command(
 
     def once() -> _Run:
         circuit = circuit_of(netlist, read_params(params))
-        run = _Run(netlist, circuit, request, output, plot, as_json, quiet, force)
+        target = output if archive is None else _table_in(archive, netlist, output)
+        run = _Run(netlist, circuit, request, target, plot, as_json, quiet, force)
+        run.archive = archive
         run.report_to(report)
         run.verbose = verbose
         run.draw_as(dark, [read_signals([item]) or [] for item in signals])
@@ -176,6 +185,19 @@ def command(
         _watch(netlist, once)
     elif code := once().execute():
         raise SystemExit(code)
+
+
+def _table_in(folder: Path, netlist: str, output: str | None) -> str:
+    """Return the name of the table in a run folder, which is made if it is not there."""
+    from ..output.files import output_error
+
+    if output is not None:
+        raise click.UsageError("--archive names the folder of the tables: leave out -o")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise output_error(error, str(folder)) from error
+    return str(folder / Path(path_of(netlist).name).with_suffix(".csv"))
 
 
 def _watch(netlist: str, once: Callable[[], _Run]) -> None:
@@ -241,6 +263,7 @@ class _Run:
         self.plots = self._plot_files(plot)
         self.solutions: list[Any] = []
         self.report: Path | None = None
+        self.archive: Path | None = None
         self.verbose = False
         self._check_files()
         if not quiet and not as_json:
@@ -368,6 +391,11 @@ class _Run:
             if not (self.quiet or self.as_json):
                 show_steps(self.circuit.deck.title, self.jobs, self.solutions)
         self._write_report()
+        if self.archive is not None:
+            from ..compare.archive import write_archive
+
+            tables = self.outputs
+            write_archive(self.archive, self.circuit, self.solutions, tables, self.request)
         if self.as_json:
             self._print_json()
         if any(s.interrupted for s in self.solutions):

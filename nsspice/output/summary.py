@@ -352,6 +352,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
                 "regularity": i.regularity.to_dict() if i.regularity else None,
                 "note": i.note,
                 "cost": i.cost,
+                "unwatched": i.unwatched,
             }
             for i in solution.islands
         ],

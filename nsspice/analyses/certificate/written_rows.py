@@ -129,6 +129,12 @@ class WrittenRows:
     def _laws(self) -> tuple[Sequence[tuple[str, object]], ...]:
         return self._sums, self._valves, self._gates, self._sources
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many laws are judged, by their kind."""
+        kinds = ("sums", "set-valued elements", "controls of switches", "sources")
+        return dict(zip(kinds, map(len, self._laws), strict=True))
+
     def take(self, rows: Floats) -> None:
         """Take the next rows of the table."""
         self._core.take(np.ascontiguousarray(rows))

@@ -123,6 +123,8 @@ class IslandRun:
         returns it.
     cost : str
         What decides the cost of the run, a sentence.
+    unwatched : tuple of str or None
+        Switches that turn when they look at their controls, as rows do not show; None for all.
     """
 
     number: int
@@ -138,6 +140,7 @@ class IslandRun:
     reltol: float | None = None
     judge: Callable[[], SolutionVerdict] | SolutionVerdict | None = None
     cost: str = ""
+    unwatched: tuple[str, ...] | None = ()
 
     @property
     def regularity(self) -> SolutionVerdict | None:

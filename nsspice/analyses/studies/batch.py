@@ -288,21 +288,42 @@ def run_job(
         raise
 
 
+def of_job(circuit: Circuit, job: Job, request: Request) -> tuple[Circuit, Job, Request]:
+    """Return the circuit of a job, the job with the card of its deck, and the values of its steps.
+
+    Parameters
+    ----------
+    circuit : Circuit
+        Of the deck without steps.
+    job : Job
+    request : Request
+        Comes back with the temperature and the values of elements.
+    """
+    deck = circuit.deck
+    parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
+    for sweep, _ in job.steps:
+        check_sweep(circuit, sweep)
+    if job.alterations:
+        circuit, job = altered_circuit(circuit, job, parameters)
+    elif parameters:
+        circuit = read_again(deck, parameters)
+        job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
+    request = replace(
+        request,
+        temperature=next((v for s, v in job.steps if s.kind == "temp"), None),
+        values={s.name: v for s, v in job.steps if s.kind == "element"},
+    )
+    return circuit, job, request
+
+
 def _run_job(
     circuit: Circuit, job: Job, request: Request, progress: Progress | None, sink: Sink | None
 ) -> Solution:
     deck = circuit.deck
     request.settings(deck)  # refuses what is impossible
     warnings = [w for w in (foreign_method(deck),) if w is not None]
-    parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
-    for sweep, _ in job.steps:
-        check_sweep(circuit, sweep)
-    if job.alterations:
-        circuit, job = altered_circuit(circuit, job, parameters)
-        parameters = {}
-    if parameters:
-        circuit = read_again(deck, parameters)
-        job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
+    circuit, job, request = of_job(circuit, job, request)
+    parameters = {s.name: v for s, v in job.steps if s.kind == "param" and not job.alterations}
     measures = [
         m
         for m in circuit.deck.measures
@@ -311,8 +332,6 @@ def _run_job(
     request = replace(
         request,
         extra=[*request.extra, *measured_signals(measures)],
-        temperature=next((v for s, v in job.steps if s.kind == "temp"), None),
-        values={s.name: v for s, v in job.steps if s.kind == "element"},
         progress=progress,
         sink=sink,
     )

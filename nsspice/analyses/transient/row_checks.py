@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -23,12 +23,7 @@ def violations(
     Where a runner has taken over from one that had ``begun``, not all rows are known.
     """
     table, recorder = outlet.judge, outlet.recorder
-    # at the ends of fixed steps switches are late
-    late = any(
-        r.all_points if r.method == "moreau" else r.stepper.statistics.get("fixed_steps")
-        for r in runners
-    )
-    sampled = None if late else [name for runner in runners for name in runner.sampled]
+    sampled = joined(runner.unwatched for runner in runners)
     # rows of steps with error control are interpolated, smooth laws are solved by iteration
     near = (r.method == "sdirk" or r.mna.system.smooth is not None for r in runners)
     granted = [
@@ -47,6 +42,20 @@ def violations(
                 found.append(beside.worst(sampled))
     copies = [copy.worst() for copy in outlet.copies] if list(runners) == list(begun) else []
     return [*(law for law, _ in found), *copies], [pair for _, pair in found]
+
+
+def joined(parts: Iterable[tuple[str, ...] | None]) -> list[str] | None:
+    """Return the switches of all islands that are not judged by rows; None if that is all.
+
+    Examples
+    --------
+    >>> joined([("s1",), ()]), joined([("s1",), None])
+    (['s1'], None)
+    """
+    found = list(parts)
+    if None in found:
+        return None
+    return [name for names in found if names is not None for name in names]
 
 
 def limits(runners: Sequence[IslandRunner]) -> Floats:

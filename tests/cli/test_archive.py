@@ -1,0 +1,123 @@
+"""``nsspice run --archive`` and ``nsspice verify``: stored results, judged without a run."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+
+Call = Callable[..., Result]
+
+BUCK = """buck
+.param duty=0.5
+.include models/switch.inc
+V1 in 0 12
+S1 in sw g 0 fast
+D1 0 sw
+L1 sw out 100u
+C1 out 0 10u
+R1 out 0 5
+Vg g 0 PULSE(0 1 0 0 0 {duty*10u} 10u)
+.tran 1u 200u uic
+.op
+"""
+
+
+@pytest.fixture
+def stored(call: Call) -> Path:
+    """Return the folder of a run of a deck that includes a file."""
+    Path("models").mkdir()
+    Path("models/switch.inc").write_text(".model fast SW(VT=0.5 RON=1m)\n", "utf-8")
+    Path("buck.net").write_text(BUCK, "utf-8")
+    assert call("run", "buck.net", "--param", "duty=0.4", "--archive", "kept").exit_code == 0
+    return Path("kept")
+
+
+def judged(call: Call) -> tuple[int, dict[str, object]]:
+    told = call("verify", "kept", "--json")
+    return told.exit_code, json.loads(told.stdout)
+
+
+def sign_again(folder: Path, name: str) -> None:
+    """Put the hash of a changed file into the record, as somebody would who hides it."""
+    path = folder / "run.json"
+    record = json.loads(path.read_text("utf-8"))
+    record["files"][name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    path.write_text(json.dumps(record), "utf-8")
+
+
+def test_a_stored_run_is_certified_where_its_sources_are_gone(call: Call, stored: Path) -> None:
+    Path("buck.net").unlink()
+    Path("models/switch.inc").unlink()
+    code, found = judged(call)
+    assert (code, found["changed"]) == (0, [])
+    tran, op = found["runs"]  # type: ignore[misc]
+    assert (tran["table"], tran["rows"], tran["passed"]) == ("buck.tran.csv", 201, True)
+    # Kirchhoff's laws at sw, out, in; the diode and the switch with its control; both sources
+    assert tran["judged"]["set-valued elements"] == 2
+    assert tran["judged"]["controls of switches"] == 1
+    assert tran["judged"]["sources"] == 2
+    assert tran["judged"]["sums"] >= 2
+    assert tran["laws"] <= 1e-8
+    assert (op["passed"], op["laws"]) == (True, None)
+    assert "certificate holds" in call("verify", "kept").stderr
+
+
+def test_values_that_break_a_law_are_named(call: Call, stored: Path) -> None:
+    table = stored / "buck.tran.csv"
+    lines = table.read_text("utf-8").splitlines()
+    column = lines[0].split(",").index("i(l1)")
+    cells = lines[50].split(",")
+    cells[column] = repr(1.001 * float(cells[column]))
+    table.write_text("\n".join([*lines[:50], ",".join(cells), *lines[51:], ""]), "utf-8")
+    code, found = judged(call)
+    assert code == 1
+    assert found["changed"] == ["buck.tran.csv has been changed"]
+    sign_again(stored, "buck.tran.csv")
+    code, found = judged(call)
+    assert (code, found["changed"]) == (1, [])
+    (finding,) = found["runs"][0]["findings"]  # type: ignore[index]
+    assert "the law of node" in finding
+    assert "at 4.9e-05 s" in finding
+
+
+def test_another_deck_does_not_have_these_rows(call: Call, stored: Path) -> None:
+    included = stored / "deck/models/switch.inc"
+    included.write_text(".model fast SW(VT=0.5 RON=2m)\n", "utf-8")
+    sign_again(stored, "deck/models/switch.inc")
+    code, found = judged(call)
+    assert code == 1
+    assert "the characteristic of s1" in found["runs"][0]["findings"][0]  # type: ignore[index]
+
+
+def test_rows_that_are_missing_are_told(call: Call, stored: Path) -> None:
+    table = stored / "buck.tran.csv"
+    lines = table.read_text("utf-8").splitlines()
+    table.write_text("\n".join([*lines[:-10], ""]), "utf-8")
+    sign_again(stored, "buck.tran.csv")
+    code, found = judged(call)
+    assert code == 1
+    assert found["runs"][0]["findings"] == ["191 rows, where the run had 201"]  # type: ignore[index]
+    table.unlink()
+    told = call("verify", "kept")
+    assert told.exit_code == 1
+    assert "buck.tran.csv is missing" in told.stderr
+
+
+@pytest.mark.parametrize("text", [None, "{}", '{"format": 99}', "no json"])
+def test_what_is_no_run_folder_is_refused(call: Call, text: str | None) -> None:
+    Path("kept").mkdir()
+    if text is not None:
+        Path("kept/run.json").write_text(text, "utf-8")
+    told = call("verify", "kept")
+    assert told.exit_code == 2
+    assert "NS4031" in told.stderr
+    assert "--archive kept" in told.stderr
+
+
+def test_a_folder_has_its_own_tables(call: Call, stored: Path) -> None:
+    assert call("run", "buck.net", "--archive", "kept", "-o", "a.csv").exit_code == 2
