@@ -91,10 +91,11 @@ class CopiedRows:
         )
         if count:
             with np.errstate(invalid="ignore"):
-                apart = np.abs(np.array(sums[1:]) - np.array(self._stepper.expected))
+                expected = np.array(self._stepper.expected)
+                apart = np.abs(np.array(sums[1:]) - expected)
                 # each row may have a rounding of its own
                 apart = np.maximum(apart - count * rounding[1:], 0.0)
-            total = _largest(apart, np.array(sizes[1:]))
+                total = _largest(apart, np.maximum(np.array(sizes[1:]), np.abs(expected)))
             error = total if worse(total, error) else error
         beyond = np.where(self._off > rounding, self._off - rounding, 0.0)
         other = _largest(np.where(np.isfinite(self._off), beyond, self._off), largest)

@@ -141,6 +141,9 @@ def test_what_is_written_is_what_was_computed() -> None:
     wrong = rows.copy()
     wrong[6, 1] *= 1.0 + 1e-5
     assert copied(rows, rows, made_of=wrong) > TOLERANCE
+    zero = rows.copy()
+    zero[:, 1] = 0.0
+    assert copied(zero, zero, made_of=rows) > TOLERANCE
     # rows in another order have the same values, but not the same weights
     assert copied(rows, rows[::-1]) > TOLERANCE
 
