@@ -46,6 +46,30 @@ def passive(system: DescriptorSystem, observers: bool = True) -> bool:
     return _semidefinite(system.G) or (observers and _semidefinite(_acting(system)))
 
 
+def observing(system: DescriptorSystem) -> Csc:
+    """Return the part of G that ``passive`` leaves out: the laws of what only observes.
+
+    A controlled source that follows a source gives energy as the source itself would, and these
+    laws say how much: of two states ``a'Mb + b'Ma``.
+
+    Examples
+    --------
+    >>> from nsspice.problems import DescriptorSystem
+    >>> one, none = Csc.from_triplets((1, 1), [0], [0], [1.0]), Csc.zeros
+    >>> observing(DescriptorSystem(one, one, none((1, 0)), none((0, 1)), none((0, 0)),
+    ...     np.zeros(0), none((1, 0)), row_kind=np.zeros(1, np.uint8))).data.size
+    0
+    """
+    G = system.G
+    if _semidefinite(G):
+        return Csc.zeros(G.shape)
+    acting = _acting(system)
+    both = np.concatenate([G.data, -acting.data])
+    rows = np.concatenate([G.indices, acting.indices])
+    columns = np.concatenate([G.columns, acting.columns])
+    return Csc.from_triplets(G.shape, rows, columns, both)
+
+
 def _acting(system: DescriptorSystem) -> Csc:
     """Return G without the rows and columns of what only observes.
 

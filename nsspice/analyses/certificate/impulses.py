@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ...circuit import MnaSystem
+from ...problems.csc import Csc
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.moreau import function_values
 from ...solvers.stepper import Jump
@@ -162,6 +163,18 @@ def delivered(mna: MnaSystem, jump: Jump) -> float:
     """Return the energy that the sources give during a jump [J]."""
     with np.errstate(over="ignore", invalid="ignore"):  # beyond the range of numbers: infinite
         return float(jump.unknowns @ mna.system.S.dot(jump.sources))
+
+
+def followed(observing: Csc, jump: Jump) -> float:
+    """Return the energy that controlled sources give which follow sources [J].
+
+    With impulses Z and the state z after the jump it is ``-(Z'M z + z'M Z)`` of their laws M.
+    """
+    if not observing.data.size:
+        return 0.0
+    impulses, after = jump.unknowns, jump.after
+    with np.errstate(over="ignore", invalid="ignore"):
+        return -float(impulses @ observing.dot(after) + after @ observing.dot(impulses))
 
 
 def _charges(mna: MnaSystem, jump: Jump) -> Iterator[tuple[str, float]]:

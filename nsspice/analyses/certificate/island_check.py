@@ -11,6 +11,7 @@ from ...circuit import MnaSystem
 from ...errors import Diagnostic
 from ...problems.csc import Csc, Floats
 from ...problems.descriptor import DescriptorSystem
+from ...problems.passivity import observing
 from ...solvers.audit import Auditor
 from ...solvers.compiled import shows_passive
 from ...solvers.intervals import Recording
@@ -20,7 +21,7 @@ from .certificate import Certificate
 from .energy import Energy, Jumped, worse
 from .free_currents import FreeCurrents
 from .impulse_signs import impulse_error
-from .impulses import delivered, start_of, stored_functions
+from .impulses import delivered, followed, start_of, stored_functions
 from .uniqueness import Watcher
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ class Examiner:
         passive = shows_passive(system)
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
         self._passive = passive and system.smooth is None
+        self._observing = observing(system) if self._passive else None
         if not passive:
             self._active = Watcher(system, H, step)
 
@@ -155,7 +157,8 @@ class Examiner:
             sizes = np.abs(charges) + np.abs(reached_functions)
             reached = self.mna.system.stored_energy(jump.after)
             given = delivered(self.mna, jump)
-            error = audit.jump_error(moved, jump, sizes, given if self._passive else None)
+            gave = None if self._observing is None else given + followed(self._observing, jump)
+            error = audit.jump_error(moved, jump, sizes, gave)
             balance = error if worse(error, balance) else balance
             jumped.add(before, reached, given)
         signs = impulse_error(self.mna.system, jumps, sums["turned"] if sums else 0.0)
