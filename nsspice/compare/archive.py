@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,17 +26,15 @@ from ..analyses.studies.batch import Job, jobs_of, of_job
 from ..analyses.transient.row_checks import joined
 from ..circuit import Circuit
 from ..errors import Diagnostic, OutputError, UsageError
-from ..netlist.deck import Deck
 from ..output.atomic_write import whole
 from ..output.files import output_error
+from ..output.stored_deck import PACKAGE, store_deck
 from .reference import read_table
 
 #: what describes a folder, and the version of that description
 RECORD, FORMAT = "run.json", 1
 #: where the deck and its files are
 _SOURCES = "deck"
-#: the program's own decks and libraries belong to its version
-_PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +114,7 @@ def write_archive(
         NS4001 if a file cannot be written.
     """
     try:
-        sources = _store_deck(folder, circuit.deck)
+        sources = [f"{_SOURCES}/{name}" for name in store_deck(folder / _SOURCES, circuit.deck)]
         record = {
             "format": FORMAT,
             "programs": {
@@ -141,26 +138,6 @@ def write_archive(
             part.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
     except OSError as error:
         raise output_error(error, str(folder)) from error
-
-
-def _store_deck(folder: Path, deck: Deck) -> list[str]:
-    """Copy a deck and what it includes; return their names in the folder, the deck's first."""
-    main = Path(deck.file).resolve()
-    if deck.source:
-        target = folder / _SOURCES / "stdin.net"
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(deck.source, "utf-8")
-        return [target.relative_to(folder).as_posix()]
-    included = [p.resolve() for p in deck.included]
-    files = [main, *(p for p in included if not p.is_relative_to(_PACKAGE))]
-    root = Path(os.path.commonpath([p.parent for p in files]))
-    names = []
-    for path in dict.fromkeys(files):
-        target = folder / _SOURCES / path.relative_to(root)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(path.read_bytes())
-        names.append(target.relative_to(folder).as_posix())
-    return names
 
 
 # ------------------------------------------------------------------ verifying
@@ -253,7 +230,7 @@ def verify(folder: str | Path) -> tuple[list[str], list[Verdict]]:
 
 def _is_known(path: Path, folder: Path) -> bool:
     """Return whether a file belongs to the folder, or to the program."""
-    return any(path.resolve().is_relative_to(home.resolve()) for home in (folder, _PACKAGE))
+    return any(path.resolve().is_relative_to(home.resolve()) for home in (folder, PACKAGE))
 
 
 def _verdict(
