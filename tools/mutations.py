@@ -183,7 +183,8 @@ def run(text: str, method: str) -> dict[str, Any]:
 def difference(one: dict[str, Any], other: dict[str, Any]) -> float:
     """Return the largest difference of a value as a share of the range of its signal.
 
-    Signals that stay below 1e-6 of the largest of their kind are the rounding of others.  Where
+    Signals that stay below 1e-6 of the largest of their kind are the rounding of others, and so are
+    currents (voltages) of 1e-15 of the largest number of the table, where all are zero.  Where
     the laws leave potentials open (a bridge that floats while it blocks) every choice is right:
     only currents are compared.
     """
@@ -191,10 +192,11 @@ def difference(one: dict[str, Any], other: dict[str, Any]) -> float:
 
     sound, damaged = one["values"], other["values"]
     worst = 0.0
+    largest = max(float(np.max(np.abs(sound[name]), initial=0.0)) for name in sound)
     for letter in "it" if one["shown"]["undetermined"] else "vit":
         names = [name for name in sound if name[0] == letter]
         sizes = {name: float(np.max(np.abs(sound[name]), initial=0.0)) for name in names}
-        floor = 1e-6 * max(sizes.values(), default=0.0)
+        floor = max(1e-6 * max(sizes.values(), default=0.0), 1e-15 * largest)
         for name in names:
             a, b = np.asarray(sound[name]), np.asarray(damaged[name])
             if a.shape != b.shape:

@@ -1,7 +1,7 @@
 """FMU export: a deck as a unit for co-simulation in other tools (FMI 3.0).
 
-The unit has the deck, and a slave (:mod:`nsspice.output.fmu_slave`) that advances it in the Python of
-the tool: sources are inputs, signals are outputs, ``.param`` values are parameters.  The wrapper
+The unit has the deck, and a slave (:mod:`nsspice.output.fmu_slave`) that advances it in the Python
+of the tool: sources are inputs, signals outputs, ``.param`` values parameters.  The wrapper
 in C and the description come from pythonfmu3.
 """
 

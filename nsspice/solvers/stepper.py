@@ -342,14 +342,12 @@ class Stepper(ABC):
         return self._core.events()  # type: ignore[no-any-return]
 
     @property
-    def written(self) -> tuple[int, list[float], list[float]]:
-        """Rows handed out, and weighted sums of the values of each column and of their sizes."""
-        return self._core.written()  # type: ignore[no-any-return]
+    def written(self) -> tuple[int, list[float], list[float], list[float]]:
+        """Rows handed out, weighted sums of each column and of its sizes, and what they must be.
 
-    @property
-    def expected(self) -> list[float]:
-        """What the columns must add up to, weighted, from the quantities that rows are made of."""
-        return self._core.expected()  # type: ignore[no-any-return]
+        The last follow from the quantities that rows are made of; the time is not among them.
+        """
+        return self._core.written()  # type: ignore[no-any-return]
 
     def take_references(self) -> Floats:
         """Return some rows, computed once more, since the last call, shape (k, columns)."""

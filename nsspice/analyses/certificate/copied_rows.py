@@ -72,7 +72,7 @@ class CopiedRows:
 
     def worst(self) -> Violation:
         """Return the worst relative difference."""
-        count, sums, sizes = self._stepper.written
+        count, sums, sizes, made_of = self._stepper.written
         own, found, _ = self._sums.sums()
         if count != own or self._lost:
             return Violation(1.0, "what is written", 0.0)
@@ -91,7 +91,7 @@ class CopiedRows:
         )
         if count:
             with np.errstate(invalid="ignore"):
-                expected = np.array(self._stepper.expected)
+                expected = np.array(made_of)
                 apart = np.abs(np.array(sums[1:]) - expected)
                 # each row may have a rounding of its own
                 apart = np.maximum(apart - count * rounding[1:], 0.0)

@@ -350,16 +350,6 @@ class IslandRunner:
         """Switches that chatter, and therefore turn when they look at their controls."""
         return [self.mna.pair_elements[pair] for pair, _, _ in self.stepper.chattering[0]]
 
-    @property
-    def unwatched(self) -> tuple[str, ...] | None:
-        """Switches whose controls do not say at each row what they are; None for all.
-
-        Those that are sampled, and all that are late at the ends of fixed steps.
-        """
-        moreau = self.method == "moreau"
-        late = self.all_points if moreau else self.stepper.statistics.get("fixed_steps")
-        return None if late else tuple(self.sampled)
-
     def warnings(self) -> list[Diagnostic]:
         """Return what the start, the certificate and the steps have to say."""
         sampled, interval = self.stepper.chattering
@@ -567,7 +557,6 @@ class IslandRunner:
             self.settings.reltol if self.method == "sdirk" else None,
             self.judge.later() if self.judge is not None else None,
             sentence(self.circuit, self.island, self.mna, self.method, self.note, self.analysis),
-            self.unwatched,
         )
 
 

@@ -23,7 +23,7 @@ def violations(
     Where a runner has taken over from one that had ``begun``, not all rows are known.
     """
     table, recorder = outlet.judge, outlet.recorder
-    sampled = joined(runner.unwatched for runner in runners)
+    sampled = joined(unwatched(runner) for runner in runners)
     # rows of steps with error control are interpolated, smooth laws are solved by iteration
     near = (r.method == "sdirk" or r.mna.system.smooth is not None for r in runners)
     granted = [
@@ -42,6 +42,12 @@ def violations(
                 found.append(beside.worst(sampled))
     copies = [copy.worst() for copy in outlet.copies] if list(runners) == list(begun) else []
     return [*(law for law, _ in found), *copies], [pair for _, pair in found]
+
+
+def unwatched(runner: IslandRunner) -> tuple[str, ...] | None:
+    """Return the switches that are sampled; None for all, late at the ends of fixed steps."""
+    moreau, steps = runner.method == "moreau", runner.stepper.statistics.get("fixed_steps")
+    return None if (runner.all_points if moreau else steps) else tuple(runner.sampled)
 
 
 def joined(parts: Iterable[tuple[str, ...] | None]) -> list[str] | None:

@@ -40,7 +40,7 @@ from .blocks import split
 from .controlled import Schedule, advance_controlled, started
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
-from .row_checks import copies_of, limits, violations
+from .row_checks import copies_of, limits, unwatched, violations
 
 
 def tran(
@@ -359,8 +359,9 @@ def run_tran(
         row_count=outlet.rows,
         view=None if request.signals or circuit.deck.saves else view_of(circuit, "tran", columns),
     )
-    for runner in runners:
+    for runner, island in zip(runners, solution.islands, strict=True):
         solution.warnings += runner.warnings()
+        island.unwatched = unwatched(runner)
     if shown and keep:
         points.see(table)
     if (hidden := points.warning()) is not None:

@@ -17,7 +17,7 @@ use crate::pieces::Pieces;
 use points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use polynomial::PyPolynomial;
 use system::{guessed, misfit, PySystem, Sizes};
-use written::{fill, turn_specs, TurnSpec, Written};
+use written::{fill, turn_specs, RowSumSpec, TurnSpec, Written};
 
 use crate::integrate::{Accuracy, Clock, Failure, Outputs, Part, Plan, Sdirk, Stepper};
 use crate::integrate::{Samples, System, Tableau};
@@ -409,14 +409,9 @@ impl PyStepper {
         self.written.begin();
     }
 
-    /// Number of rows handed out, and of each column the sum of its values and of their sizes, weighted.
-    fn written(&self) -> (u64, Vec<f64>, Vec<f64>) {
-        self.written.sums()
-    }
-
-    /// What the columns must add up to, weighted, from the quantities that rows are made of.
-    fn expected(&mut self) -> Vec<f64> {
-        self.inner.recorder.expected_sums()
+    /// See `RowSumSpec`.
+    fn written(&mut self) -> RowSumSpec {
+        self.written.sums_beside(self.inner.recorder.expected_sums())
     }
 
     /// Gates that have turned: time, switch, the gate before, its control, what the pair carried, whether located.

@@ -1,4 +1,4 @@
-"""Capacitors that jump to the voltage of a controlled source, which gives the energy of the jump."""
+"""Capacitors that jump to the voltage of a controlled source, which gives the energy for it."""
 
 from __future__ import annotations
 

@@ -106,8 +106,8 @@ class Told:
 
     def __init__(self, rows: np.ndarray, references: np.ndarray, made_of: np.ndarray) -> None:
         weights = 1.0 + np.arange(rows.shape[0]) % 8 / 8
-        self.written = rows.shape[0], weights @ rows, weights @ np.abs(rows)
-        self.expected = list(weights @ made_of[:, 1:])
+        expected = weights @ made_of[:, 1:]
+        self.written = rows.shape[0], weights @ rows, weights @ np.abs(rows), expected
         self._references = references
 
     def take_references(self) -> np.ndarray:

@@ -4,7 +4,7 @@ use super::audit::{balance_dict, points_dict, PyAuditor};
 use super::points::{event_arrays, EventArrays, PyIntervals, PyRecords};
 use super::polynomial::PyPolynomial;
 use super::system::{misfit, PySystem, Sizes};
-use super::written::{fill, turn_specs, Written};
+use super::written::{fill, turn_specs, RowSumSpec, Written};
 use super::{failure_dict, invalid, Floats, TurnSpec};
 use crate::modewise::Engine;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadwriteArray2};
@@ -228,14 +228,10 @@ impl PyModewise {
         self.inner.log.jumps.iter().map(|j| super::jump_dict(py, j)).collect()
     }
 
-    /// Number of rows handed out, and of each column the sum of its values and of their sizes, weighted.
-    fn written(&self) -> (u64, Vec<f64>, Vec<f64>) {
-        self.written.sums()
-    }
-
-    /// What the columns must add up to, weighted, from the quantities that rows are made of.
-    fn expected(&mut self) -> Vec<f64> {
-        self.inner.expected_sums()
+    /// Number of rows handed out, of each column the sum of its values and of their sizes, weighted, and what the
+    /// values must add up to by what rows are made of.
+    fn written(&mut self) -> RowSumSpec {
+        self.written.sums_beside(self.inner.expected_sums())
     }
 
     /// Some rows once more, from the unknowns, since the last call.

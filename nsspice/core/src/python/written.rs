@@ -18,6 +18,9 @@ pub(super) fn turn_specs(turns: &Turns) -> Vec<TurnSpec> {
     kept.map(|t| (t.time, t.switch, t.gate, t.control, t.carried, t.located)).collect()
 }
 
+/// Number of rows, sums of their values and of the sizes of these, and what the values must add up to.
+pub(super) type RowSumSpec = (u64, Vec<f64>, Vec<f64>, Vec<f64>);
+
 /// What has been handed out.
 #[derive(Default)]
 pub(super) struct Written {
@@ -63,6 +66,12 @@ impl Written {
     /// Number of rows, and sums of their values and of the sizes of these.
     pub fn sums(&self) -> (u64, Vec<f64>, Vec<f64>) {
         (self.count, self.signed.clone(), self.sizes.clone())
+    }
+
+    /// The same beside what they must be.
+    pub fn sums_beside(&self, expected: Vec<f64>) -> RowSumSpec {
+        let (count, signed, sizes) = self.sums();
+        (count, signed, sizes, expected)
     }
 }
 
