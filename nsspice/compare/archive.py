@@ -26,6 +26,7 @@ from ..analyses.studies.batch import Job, jobs_of, of_job
 from ..analyses.transient.row_checks import joined
 from ..circuit import Circuit
 from ..errors import Diagnostic, OutputError, UsageError
+from ..netlist.deck import TranCard
 from ..output.atomic_write import whole
 from ..output.files import output_error
 from ..output.stored_deck import PACKAGE, store_deck
@@ -248,9 +249,9 @@ def _verdict(
         findings.append(f"{rows} rows, where the run had {run['rows']}")
     if table.names != [*filter(None, [run["axis"]]), *run["signals"]]:
         findings.append("its columns are not the signals of the run")
-    if job.kind != "tran" or findings:
-        return Verdict(name, rows, findings=tuple(findings))
     own, inner, request = of_job(circuit, job, Request(stop=stop))
+    if not isinstance(inner.card, TranCard) or findings:
+        return Verdict(name, rows, findings=tuple(findings))
     analysis = Tran.from_card(inner.card)
     conditions = conditions_of(own, analysis, request.temperature, request.values)
     judge = WrittenRows(own, table.names[1:], conditions)
