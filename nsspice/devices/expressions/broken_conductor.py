@@ -20,7 +20,7 @@ from ..diodes.characteristic import Characteristic, Decomposition
 from ..effect import Effect
 from ..outputs import scaled
 from ..stamper import Layout, Stamper, Stated
-from .broken_line import BrokenLine
+from .broken_line import ROUNDING, BrokenLine
 from .expression_nodes import InnerNodes
 from .piecewise import Limiter
 
@@ -76,10 +76,16 @@ def conduction_of(line: BrokenLine | None) -> Conduction | None:
 
 def _parts(line: BrokenLine, first: int, last: int) -> Decomposition | None:
     """Return some pieces of a line, of which the outer ones go on, as branches."""
-    laws, places = line.laws[first:last], line.places[first : last - 1]
-    vertices = tuple((c + s * v, v) for (c, s), v in zip(laws, places, strict=False))
-    if not vertices and laws[0][0] != 0.0:
+    laws, places = list(line.laws[first:last]), line.places[first : last - 1]
+    flattest = min(range(len(laws)), key=lambda k: laws[k][1])
+    constant, slope = laws[flattest]
+    reach = max(map(abs, line.places[max(first + flattest - 1, 0) : first + flattest + 1]))
+    if abs(constant) <= ROUNDING * slope * reach:  # through the origin, but for its rounding
+        laws[flattest] = constant, slope = 0.0, slope
+    if not places and constant != 0.0:
         return None
+    at = (k - 1 if k == flattest + 1 else k for k in range(1, len(laws)))
+    vertices = tuple((laws[k][0] + laws[k][1] * v, v) for k, v in zip(at, places, strict=True))
     try:
         return Characteristic(vertices, tuple((s, 1.0) for _, s in laws)).decompose()
     except ValueError:  # it falls, or is flattest away from the origin

@@ -13,7 +13,7 @@ from .comparators import Comparator
 from .piecewise import Inner, piecewise
 
 #: a value at a crossing is a quotient of two differences of sums of rounded terms
-_ROUNDING = 8.0 * 2.0**-53
+ROUNDING = 8.0 * 2.0**-53
 
 #: ``c + s x``
 Affine = tuple[float, float]
@@ -42,7 +42,7 @@ class BrokenLine(NamedTuple):
     def continuous(self) -> bool:
         """Return whether it has no jumps, rounding aside."""
         return all(
-            abs(c1 - c2 + (s1 - s2) * x) <= _ROUNDING * (abs(c1) + abs(c2) + abs((s1 - s2) * x))
+            abs(c1 - c2 + (s1 - s2) * x) <= ROUNDING * (abs(c1) + abs(c2) + abs((s1 - s2) * x))
             for x, ((c1, s1), (c2, s2)) in zip(self.places, pairwise(self.laws), strict=True)
         )
 
@@ -139,7 +139,7 @@ def _built(candidates: set[float], law: Callable[[float], Affine]) -> BrokenLine
     places: list[float] = []
     for place in sorted(candidates):
         # the same place computed in two ways
-        if not places or place - places[-1] > _ROUNDING * max(abs(place), abs(places[-1])):
+        if not places or place - places[-1] > ROUNDING * max(abs(place), abs(places[-1])):
             places.append(place)
     laws = [law(x) for x in _between(places)]
     kept = [k for k, (one, two) in enumerate(pairwise(laws)) if one != two]

@@ -43,6 +43,15 @@ def test_branches_and_limits_add_up_to_the_table(low: float):
     assert total == pytest.approx(float(np.interp(low, VOLTS, AMPERES)), rel=1e-12)
 
 
+def test_a_flattest_piece_through_the_origin_but_for_rounding():
+    """-5e-6 + 80 (5e-6 / 80) is 8e-22, not zero."""
+    text = "table(v(a), -80,-5e-06, 0,0, 0.206440146,0.01, 0.300227982,0.316227766, 0.394028549,10)"
+    found = conduction_of(line(text))
+    assert found is not None
+    assert found.parts.conductance == pytest.approx(5e-6 / 80.0, rel=1e-15)
+    assert [pair.offset for pair in found.parts.pairs] == [0.0, 0.206440146, 0.300227982]
+
+
 @pytest.mark.parametrize(
     "text",
     [
