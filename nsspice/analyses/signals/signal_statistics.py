@@ -43,6 +43,8 @@ _AROUND = 12
 _RISE = 0.25
 #: steps of the method of Illinois: halving alone would take 52
 _STEPS = 60
+#: so many cells, on average, have to be the same part of their pieces to be evaluated together
+_ALIKE = 8
 #: cells at a time: 34 points of each
 _BLOCK = 1 << 14
 
@@ -87,8 +89,18 @@ class Cells:
 
     def values(self, trace: Trace, part: Floats) -> Floats:
         """Return the expression at parts ``part``, shape (p,) or (k, p), of the cells."""
-        whole = part.ndim == 1 and not self.low.any() and bool((self.high == 1.0).all())
-        return trace.at(self.index, part if whole else self.at(part))
+        if part.ndim > 1:
+            return trace.at(self.index, self.at(part))
+        # halves of whole pieces have their factors in common
+        ends, kind = np.unique(self.low + 1j * self.high, return_inverse=True)
+        if ends.size * _ALIKE > self.index.size:
+            return trace.at(self.index, self.at(part))
+        found = np.empty((self.index.size, part.size))
+        for k, end in enumerate(ends):
+            cells = kind == k
+            at = end.real + (end.imag - end.real) * part
+            found[cells] = trace.at(self.index[cells], at)
+        return found
 
     def abscissa(self, trace: Trace, part: Floats) -> Floats:
         """Return the abscissae at one part of each cell, shape (k,)."""
