@@ -14,6 +14,7 @@ from . import islands as _islands
 from .circuit import Circuit, Island
 from .gate_drives import gate_drives
 from .kink_form import written
+from .line_settings import line_settings, refuse_others
 from .name_resolution import resolve
 from .problem_class import classify
 from .topology import check_topology
@@ -66,6 +67,7 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
         if given is not None and isinstance(given.value, int | float):
             context.sizes[key] = float(given.value)
     _read_switches(deck, context, findings)
+    context.lines, context.conditions = line_settings(deck, findings), default_conditions(deck)
     devices: list[Device] = []
     seen: dict[str, int] = {}
     for element in deck.elements:
@@ -81,6 +83,8 @@ def read_devices(deck: Deck, findings: Findings) -> list[Device]:
         device = law_of(element.letter).read(element, context)
         if device is not None:
             devices.append(device)
+    if context.lines is not None:
+        refuse_others(devices, findings)
     context.tell()
     if not deck.elements:
         findings.error("NS2013", f"{deck.file} has no elements", None, "add elements to the deck")

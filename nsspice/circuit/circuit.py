@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..devices.device import Device
+from ..devices.diodes.broken_junction import BrokenJunction
 from ..devices.stamper import AnalysisKind, Conditions
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
@@ -188,6 +189,18 @@ class Circuit:
             for d in self.devices
             if d.shows_current and d.name.rpartition(".")[0] not in by_name
         ]
+
+    def broken_junctions(self) -> dict[str, dict[str, Any]]:
+        """Return for each junction that is broken lines how many, and how far from its laws.
+
+        The errors are relative to the larger of the scale [A], [C] and the value itself.
+        """
+        return {
+            name: {"element": device.name, **body.to_dict()}
+            for device in self.devices
+            for name, body in device.bodies()
+            if isinstance(body, BrokenJunction)
+        }
 
     def device(self, name: str) -> Device:
         """Return an element by its name.

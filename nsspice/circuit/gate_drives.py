@@ -41,7 +41,7 @@ def gate_drives(elements: Iterable[Element]) -> dict[str, float]:
     driven: list[Element] = []
     for element in listed:
         if element.letter == "v" and element.source is not None:
-            _join(graph, element, _extremes(element.source))
+            _join(graph, element, extremes(element.source))
         elif element.letter in "rl":
             _join(graph, element, (0.0, 0.0))
         elif element.letter == "e" and isinstance(element.value, int | float):
@@ -91,7 +91,7 @@ def _between(graph: _Graph, begin: str, end: str) -> Range | None:
     return None
 
 
-def _extremes(source: Source) -> Range:
+def extremes(source: Source) -> Range:
     """Return the least and the greatest voltage of a source."""
     values = [v for v in source.values if v is not None]
     if source.kind in ("pulse", "exp"):

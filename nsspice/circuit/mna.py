@@ -96,6 +96,18 @@ class MnaSystem:
         self._by_name = {device.name: device for device in devices}
         self._functionals: dict[str, Functional] = {}
 
+    def without_lines(self) -> DescriptorSystem | None:
+        """Return the system without junctions that are broken lines, None if it has none.
+
+        Each is a rising function of its own voltage, current and charge alike.  Next to a passive
+        rest a step has one solution then.
+        """
+        if not self.layout.broken:
+            return None
+        nodes = [node for node in self.row_nodes if node is not None]
+        stamper_of = partial(Stamper, junctions=False)
+        return assemble(self.devices, nodes, self.layout.conditions, stamper_of=stamper_of).system
+
     def _voltage_name(self, node: str) -> str:
         before = self.layout.before(node)
         return f"v({node})" if before == "0" else f"v({node},{before})"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import click
 
-from .options import confined_option, json_option, read_params
+from .options import confined_option, json_option, junctions_option, read_params
 from .report import print_json, show
 from .source import circuit_of
 
@@ -21,6 +21,7 @@ from .source import circuit_of
     "--all", "everything", is_flag=True, help="Include parts that no saved signal depends on."
 )
 @confined_option
+@junctions_option
 @json_option
 def command(
     netlist: str, matrices: bool, params: Sequence[str], everything: bool, as_json: bool

@@ -42,6 +42,8 @@ NUMBER = Number()
 CONFINED = "nsspice.confined"
 #: where it notes the seed of the values that its netlist draws
 SEED = "nsspice.seed"
+#: where it notes how junctions are read
+JUNCTIONS = "nsspice.junctions"
 
 
 def _confine(ctx: click.Context, param: click.Parameter, value: bool) -> None:
@@ -56,6 +58,21 @@ def confined_option(command: F) -> F:
         expose_value=False,
         callback=_confine,
         help="Refuse to include files outside the netlist's folder (for services).",
+    )(command)
+
+
+def junctions_option(command: F) -> F:
+    """Add ``--junctions``, which :func:`nsspice.cli.source.circuit_of` obeys."""
+
+    def note(ctx: click.Context, param: click.Parameter, value: str | None) -> None:
+        ctx.meta[JUNCTIONS] = value
+
+    return click.option(
+        "--junctions",
+        metavar="LAW",
+        expose_value=False,
+        callback=note,
+        help="lines[:TOLERANCE]: junctions as broken lines, solved exactly; model: as they are.",
     )(command)
 
 

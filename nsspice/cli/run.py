@@ -16,6 +16,7 @@ from .options import (
     NUMBER,
     confined_option,
     json_option,
+    junctions_option,
     read_params,
     read_signals,
     seed_option,
@@ -114,6 +115,7 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 @click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
 @seed_option
+@junctions_option
 @click.option("-q", "--quiet", is_flag=True, help="No summary and no progress bar.")
 @click.option("-v", "--verbose", is_flag=True, help="Also print methods, counters and energies.")
 def command(
@@ -492,12 +494,14 @@ class _Run:
         runs = []
         for solution in self.solutions:
             runs.append({**solution.to_dict(), "files": solution.files})
-        data = {
+        data: dict[str, Any] = {
             "netlist": str(self.netlist),
             "title": self.circuit.deck.title,
             "warnings": [w.to_dict() for w in self.circuit.warnings],
             "runs": runs,
         }
+        if junctions := self.circuit.broken_junctions():
+            data["junctions"] = junctions
         print_json(data, sys.stderr if self.stdout else None)
 
     def _verdict(self) -> int:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import CONFINED, SEED
+from .options import CONFINED, JUNCTIONS, SEED
 
 if TYPE_CHECKING:
     from ..circuit import Circuit
@@ -25,13 +25,15 @@ def path_of(netlist: str) -> Path:
 
 def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circuit:
     """Return the circuit of a command's argument; ``--confined``: nothing from outside."""
-    from ..analyses.request.load import read, read_deck
+    from ..analyses.request.load import read_deck
     from ..circuit import build
 
     context = click.get_current_context(silent=True)
     confined = context is not None and bool(context.meta.get(CONFINED))
     seed = 0 if context is None else int(context.meta.get(SEED) or 0)
+    junctions = None if context is None else context.meta.get(JUNCTIONS)
+    source: str | Path = Path(netlist)
     if netlist == STDIN:
-        text = sys.stdin.read() + "\n"
-        return build(read_deck(text, params, "<stdin>", confined=confined, seed=seed))
-    return read(Path(netlist), params, confined=confined, seed=seed)
+        source = sys.stdin.read() + "\n"
+    deck = read_deck(source, params, "<stdin>", confined=confined, seed=seed, junctions=junctions)
+    return build(deck)

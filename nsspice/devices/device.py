@@ -15,12 +15,14 @@ from .carrier import Carrier
 from .effect import Effect
 from .parameter import Table
 from .signals import currents, voltages
-from .stamper import Layout, Stamper
+from .stamper import Conditions, Layout, Stamper
 
 if TYPE_CHECKING:
     from ..netlist.deck import Element, Model
     from ..netlist.expressions.expression import Expression
-    from .diodes.diode_branch import CurveBody
+    from .diodes.broken_junction import BrokenJunction
+    from .diodes.diode_branch import Body, CurveBody
+    from .diodes.junction_lines import Settings
     from .noise import Flicker, NoiseSource
     from .valve import Valve
 
@@ -55,6 +57,12 @@ class Context:
         self.sizes: dict[str, float] = {}
         #: smooth MOSFETs are read as switches
         self.mosfet_switch = False
+        #: how junctions become broken lines, None if they stay smooth
+        self.lines: Settings | None = None
+        #: temperatures of the deck, at which knots are counted
+        self.conditions = Conditions()
+        #: elements whose junctions are broken lines, by card and temperature
+        self.broken: dict[object, tuple[BrokenJunction, list[str]]] = {}
         #: voltage from source to gate of a MOSFET that is on, by element, as far as it is known [V]
         self.drives: Mapping[str, float] = {}
         #: what was made of MOSFETs that are read as switches, with the elements
@@ -94,6 +102,9 @@ class Context:
             self.findings.warning(
                 "NS2059", f"{first.name}{more} read as a switch, {text}", first.span
             )
+        for junction, names in self.broken.values():
+            which, more = names[0], f" and {len(names) - 1} more" if len(names) > 1 else ""
+            self.findings.warning("NS2065", f"{which}{more}: {junction.described()}", None)
         if not self.idle_substrates:
             return
         first, *others = self.idle_substrates
@@ -231,6 +242,10 @@ class Device(Carrier):
     def powers(self) -> tuple[tuple[str, str, str], ...]:
         """Return a current and two nodes for each product that adds to the power."""
         return ((self.name, *self.ends),)
+
+    def bodies(self) -> Iterator[tuple[str, Body]]:
+        """Yield the laws of the diodes in the element, with their names."""
+        return iter(())
 
     def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
         """Yield the sources of noise; ideal elements have none."""

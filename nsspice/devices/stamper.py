@@ -95,6 +95,7 @@ class Layout:
         "_before",
         "_depth",
         "branches",
+        "broken",
         "columns",
         "compared",
         "conditions",
@@ -117,6 +118,8 @@ class Layout:
         self._depth: dict[str, int] = {"0": 0}
         self.conditions = conditions
         self.branches: dict[str, int] = {}
+        #: junctions that are broken lines
+        self.broken: list[str] = []
         self.pairs: dict[str, tuple[int, ...]] = {}
         self.columns: dict[str, int] = {}
         #: voltages at t = 0 of nodes that a source holds [V]
@@ -223,8 +226,10 @@ class Stamper:
     ([0.5], [1.0])
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: Layout, junctions: bool = True) -> None:
         self.layout = layout
+        #: junctions that are broken lines are written; without them the rest can be judged
+        self.junctions = junctions
         self.E, self.G, self.A = Triplets(), Triplets(), Triplets()
         self.B, self.D, self.S = Triplets(), Triplets(), Triplets()
         self.q: list[float] = []

@@ -87,10 +87,11 @@ class Examiner:
         self._expressions = _expressions(mna, frozen, H is not None, pointwise)
         self._active: Watcher | None = None
         passive = shows_passive(system)
+        rest = None if passive else mna.without_lines()
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
         self._passive = passive and system.smooth is None
         self._observing = observing(system) if self._passive else None
-        if not passive:
+        if not passive and (rest is None or not shows_passive(rest)):
             self._active = Watcher(system, H, step)
 
     def take(self, records: Recorded) -> None:

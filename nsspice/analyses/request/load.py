@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ...circuit import Circuit, build
 from ...circuit.build import completed
+from ...circuit.line_settings import with_junctions
 from ...errors import Diagnostic, NetlistError, UsageError
 from ...netlist import parse_file, parse_text
 from ...netlist.deck import Deck
@@ -20,6 +21,7 @@ def read(
     *,
     confined: bool = False,
     seed: int = 0,
+    junctions: str | None = None,
 ) -> Circuit:
     """Read a netlist and check everything that can be checked without solving it.
 
@@ -34,6 +36,10 @@ def read(
         decks, which could otherwise make messages quote private files.
     seed : int
         Of the random values that the deck draws (``agauss``, ``mc`` ...).
+    junctions : str, optional
+        ``lines`` or ``lines:0.02``: junctions as broken lines, whose currents and charges differ by
+        5 % or 2 % of a scale of each card at most; such circuits are solved exactly.  ``model``: as
+        they are.  By default what the deck says.
 
     Returns
     -------
@@ -57,7 +63,8 @@ def read(
     >>> circuit.default_signals()
     ['v(a)', 'v(b)', 'i(v1)']
     """
-    return build(read_deck(source, params, confined=confined, seed=seed))
+    deck = read_deck(source, params, confined=confined, seed=seed, junctions=junctions)
+    return build(deck)
 
 
 def need_circuit(circuit: object) -> None:
@@ -75,6 +82,7 @@ def read_deck(
     *,
     confined: bool = False,
     seed: int = 0,
+    junctions: str | None = None,
 ) -> Deck:
     """Return the deck of a file or text, which remembers how to be read again.
 
@@ -88,6 +96,8 @@ def read_deck(
         Whether files from outside of the folder are refused.
     seed : int
         Of its random values.
+    junctions : str, optional
+        As for :func:`read`.
 
     Raises
     ------
@@ -117,14 +127,19 @@ def read_deck(
     if unknown:  # a name of a .step card has a place
         raise UsageError([replace(w, severity="error") for w in unknown])
     deck.overrides, deck.confined = given, confined
-    return deck
+    return deck if junctions is None else with_junctions(deck, junctions)
 
 
 def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     """Return the circuit of a deck with some parameters changed."""
     given = {**deck.overrides, **params}
     source: str | Path = deck.source or Path(deck.file)
-    return build(read_deck(source, given, deck.file, confined=deck.confined, seed=deck.seed))
+    asked = deck.options.get("junctions")
+    again = read_deck(
+        source, given, deck.file, confined=deck.confined, seed=deck.seed,
+        junctions=None if asked is None else str(asked.value),
+    )  # fmt: skip
+    return build(again)
 
 
 def again(deck: Deck, params: Mapping[str, float]) -> Circuit:

@@ -15,6 +15,7 @@ from ...netlist.deck import Deck, TranCard
 from ..certificate.certificate import Certificate
 from ..certificate.hidden_motion import OutputPoints
 from ..certificate.huge_currents import huge_currents
+from ..certificate.left_lines import left_lines
 from ..certificate.node_reach import NodeReach
 from ..certificate.written_rows import WrittenRows, conditions_of
 from ..request.cards import Tran
@@ -362,6 +363,8 @@ def run_tran(
     for runner, island in zip(runners, solution.islands, strict=True):
         solution.warnings += runner.warnings()
         island.unwatched = unwatched(runner)
+    if (left := left_lines(solution.events)) is not None:
+        solution.warnings.append(left)
     if shown and keep:
         points.see(table)
     if (hidden := points.warning()) is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ...devices.diodes.broken_junction import BrokenJunction
 from ...devices.diodes.diode_branch import CurveBody, JunctionBody, Leg
 from ...devices.diodes.leg_device import LegDevice
 from ...devices.switches.switch import CurrentSwitch, SwitchLaw, VoltageSwitch
@@ -39,7 +40,7 @@ def write_leg(
         text = spice_expression(leg.drop.node, lambda signal: writer.signal(signal, own))
         writer.add(writer.names.element("b", f"{name}_drop"), a, inner, f"V={text}")
         a = inner
-    body = leg.body
+    body = leg.body.origin if isinstance(leg.body, BrokenJunction) else leg.body
     if isinstance(body, JunctionBody):
         _junction(writer, name, body, a, b, ic)
     elif not isinstance(body, CurveBody):

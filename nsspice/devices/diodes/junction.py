@@ -17,11 +17,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from ...problems.tape import TapeBuilder
 from ..effect import Effect
 from ..stamper import Conditions
 from ..temperature import CELSIUS, depletion, kelvin, saturation, thermal_voltage
+
+if TYPE_CHECKING:
+    from .number_tape import LawTape, R
 
 #: a larger grading coefficient is taken as this one (ngspice's bound)
 STEEPEST = 0.9
@@ -186,7 +189,7 @@ class Junction:
     bend: float
     transit: float
 
-    def forward(self, tape: TapeBuilder, v: int) -> int:
+    def forward(self, tape: LawTape[R], v: R) -> R:
         """Return the register of the current without breakdown [A]."""
         total = tape.op("junction", v, constants=(self.current, self.slope))
         if self.knee:
@@ -204,7 +207,7 @@ class Junction:
             total = tape.op("add", total, tape.op("mul", loss, width))
         return total
 
-    def write_current(self, tape: TapeBuilder, v: int) -> int:
+    def write_current(self, tape: LawTape[R], v: R) -> R:
         """Return the register of the whole current [A]."""
         total = self.forward(tape, v)
         if self.breakdown is not None:
@@ -220,7 +223,7 @@ class Junction:
                     total = tape.op("add", total, tape.constant(rest))  # no current at 0 V
         return total
 
-    def write_charge(self, tape: TapeBuilder, v: int) -> int:
+    def write_charge(self, tape: LawTape[R], v: R) -> R:
         """Return the register of the charge [A s]."""
         parts = []
         if self.capacitance:

@@ -10,6 +10,7 @@ from ..noise import Flicker, NoiseSource, shot_noise, thermal_noise
 from ..parameter import Parameter, Table
 from ..stamper import Layout
 from ..temperature import kelvin
+from .broken_junction import BrokenJunction, as_lines
 from .diode_branch import JunctionBody, Leg, Voltage
 from .junction import JunctionLaw
 from .junction_card import SIDEWALL, read_junction
@@ -79,7 +80,10 @@ class JunctionDiode(LegDevice):
         law = junction_law(model, context)
         if law is None or parallel is None:
             return None
-        body = JunctionBody(law, parallel, given.get("temp"), given.get("dtemp", 0.0))
+        smooth = JunctionBody(law, parallel, given.get("temp"), given.get("dtemp", 0.0))
+        body = as_lines(smooth, element, context)
+        if body is None:
+            return None
         drop = series_drop(element, model, findings)
         return cls(element, law, Leg(body, drop, parallel), given.get("ic"))
 
@@ -92,7 +96,7 @@ class JunctionDiode(LegDevice):
     def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
         """Yield the noise of the ohmic resistance and of the junction behind it."""
         name, body, conditions, (a, b) = self.name, self.leg.body, layout.conditions, self.ends
-        assert isinstance(body, JunctionBody)
+        assert isinstance(body, JunctionBody | BrokenJunction)
         if self.leg.drop is not None:
             a = f"{name}#drop"
         if self.law.rs:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 from ...netlist.deck import Grid
@@ -14,7 +14,7 @@ from ...problems.descriptor import Functional
 from ..device import NO_VALUES, Device, Edge, number
 from ..parameter import Parameter, inert
 from ..stamper import Layout, Stamper
-from .diode_branch import Leg
+from .diode_branch import Body, Leg
 
 if TYPE_CHECKING:
     from ...netlist.deck import Element, Model
@@ -75,6 +75,10 @@ class LegDevice(Device):
     def stamp(self, stamper: Stamper) -> None:
         """Write the leg."""
         self.leg.stamp(stamper, self.name, self.name, *self.ends, self.sources)
+
+    def bodies(self) -> Iterator[tuple[str, Body]]:
+        """Yield the law of the leg."""
+        yield self.name, self.leg.body
 
     def current(self, layout: Layout) -> Functional:
         """Return the current of the leg."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..device import Context
+from .broken_junction import as_lines
 from .diode import curve_body, is_smooth, model_law
 from .diode_branch import Body, JunctionBody, Leg
 from .junction_diode import junction_law
@@ -40,12 +41,14 @@ def named_leg(
     if diode is not None and diode.type != "d":
         _wrong_type(element, key, diode, context.findings)
         return None
-    body: Body
+    body: Body | None
     if diode is not None and is_smooth(diode):
         junction = junction_law(diode, context)
         if junction is None:
             return None
-        body = JunctionBody(junction, parallel, *temperature)
+        body = as_lines(JunctionBody(junction, parallel, *temperature), element, context)
+        if body is None:
+            return None
     else:
         law = model_law(diode, context)
         if law is None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from ...netlist.expressions.expression import Expression
 from ...problems.descriptor import Functional, Switch
 from ..device import NO_VALUES, Context, Edge
-from ..diodes.diode_branch import Leg, Voltage
+from ..diodes.diode_branch import Body, Leg, Voltage
 from ..diodes.named_leg import named_leg
 from ..effect import Effect
 from ..heat.switching_loss import SWITCH_LOSSES
@@ -178,6 +178,10 @@ class MosfetSwitch(Mosfet):
             found.append(Edge("R", *self.ends))
         found += [Edge(kind, a, k) for _, _, a, k, leg in self._places for kind in leg.body.kinds]
         return tuple(found)
+
+    def bodies(self) -> Iterator[tuple[str, Body]]:
+        """Yield the laws of the body diodes."""
+        return ((name, leg.body) for _, name, _, _, leg in self._places)
 
     def allocate(self, stamper: Stamper) -> None:
         """Reserve the currents of diodes with a drop."""

@@ -13,13 +13,13 @@ smooth drop ``V={expr(i)}`` in series.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from ...netlist.expressions.expression import Expression
 from ...problems.descriptor import Functional
 from ..device import NO_VALUES, Context, Edge
-from ..diodes.diode_branch import Leg, Voltage
+from ..diodes.diode_branch import Body, Leg, Voltage
 from ..diodes.leg_device import size_of
 from ..diodes.named_leg import named_leg
 from ..effect import Effect
@@ -156,6 +156,10 @@ class EbersMoll(Transistor):
         if self.alphan:
             found.append(Edge("G", b, c))
         return tuple(found)
+
+    def bodies(self) -> Iterator[tuple[str, Body]]:
+        """Yield the laws of both diodes."""
+        return ((name, leg.body) for name, _, _, leg in self._places)
 
     def allocate(self, stamper: Stamper) -> None:
         """Reserve the currents of diodes with a drop."""

@@ -18,7 +18,7 @@ from ...netlist.expressions.expression import Expression
 from ...problems.descriptor import Functional, Switch
 from ..device import NO_VALUES, Context, Device, Edge, check_flags, check_model
 from ..diodes.characteristic import diode_curve
-from ..diodes.diode_branch import CurveBody, Leg, Voltage
+from ..diodes.diode_branch import Body, CurveBody, Leg, Voltage
 from ..diodes.named_leg import named_leg
 from ..effect import Effect
 from ..heat.switching_loss import SWITCH_LOSSES
@@ -207,6 +207,11 @@ class Igbt(Device):
     def current(self, layout: Layout) -> Functional:
         """Return the current into the collector."""
         return self.terminal_current(layout, "c")
+
+    def bodies(self) -> Iterator[tuple[str, Body]]:
+        """Yield the law of the diode, if there is one."""
+        if self.leg is not None:
+            yield f"{self.name}.diode", self.leg.body
 
     def valves(self, layout: Layout) -> Iterator[Valve]:
         """Yield the channel and the forward pair of the diode."""

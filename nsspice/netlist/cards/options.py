@@ -13,11 +13,11 @@ from .context import Context, after_card
 
 #: options that nsspice reads
 OWN = {
-    "abstol", "accuracy", "correctors", "defad", "defas", "defl", "defw", "maxstep", "method",
-    "mosfet", "order", "reltol", "step", "temp", "theta", "tnom", "vgson", "vntol",
+    "abstol", "accuracy", "correctors", "defad", "defas", "defl", "defw", "junctions", "maxstep",
+    "method", "mosfet", "order", "reltol", "step", "temp", "theta", "tnom", "vgson", "vntol",
 }  # fmt: skip
 #: those whose value must be a number
-NUMBERS = OWN - {"accuracy", "correctors", "method", "mosfet"}
+NUMBERS = OWN - {"accuracy", "correctors", "junctions", "method", "mosfet"}
 #: options by which other simulators print, plot or load: no waveform depends on them
 FORMS = {
     "acct", "brief", "filetype", "ingold", "keepopinfo", "limpts", "list", "measdgt", "node",
