@@ -215,6 +215,11 @@ class MnaSystem:
         It may exceed that of the charges at the nodes: capacitors in parallel with unequal voltages
         lose the difference when they are joined.  Smooth laws take no part in it.
         """
+        result, energy = self.stored(ic)
+        return self._with_controls(np.array(result)), energy
+
+    def stored(self, ic: Mapping[str, float]) -> tuple[list[float], float]:
+        """Return :meth:`initial_state` without rows whose sources read the rate of a store."""
         layout = self.layout
         result, energy = [0.0] * self.system.n, 0.0
         for device in self.devices:
@@ -243,7 +248,7 @@ class MnaSystem:
                 energy += device.initial_energy(layout, voltage_of)
                 for index, share in device.initial_charges(layout, voltage_of):
                     result[index] += share
-        return self._with_controls(np.array(result)), energy
+        return result, energy
 
     def initial_voltages(self, ic: Mapping[str, float]) -> dict[str, float]:
         """Return the voltage with which each capacitor begins by ``IC=`` or ``.ic`` [V]."""

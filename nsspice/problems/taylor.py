@@ -236,6 +236,34 @@ class Models:
         # scaled is exact up to the rounding it carries; so is the factor
         return series * (1.0 / middle)
 
+    def power(self, exponent: float) -> Models:
+        """Return powers of positive functions with an exponent that is no whole number.
+
+        Raises
+        ------
+        Unbounded
+            If one may vanish.
+        """
+        middle = self.middle
+        factor = np.asarray(1.0 / np.where(middle > 0.0, middle, 1.0))
+        rest = self * factor - 1.0
+        far = rest.bound()
+        if not np.all((middle > 0.0) & (far < 1.0)):
+            raise Unbounded("a power of what may vanish")
+        degree, factors = self.home.degree, [1.0]
+        for k in range(degree + 1):
+            factors.append(factors[-1] * (exponent - k) / (k + 1))
+        series = Models.constant(self.home, np.full(self.shape, factors[degree]))
+        for k in range(degree - 1, -1, -1):
+            series = series * rest + factors[k]
+        # Lagrange's remainder of the binomial series
+        left = abs(factors[-1]) * far ** (degree + 1) / (1.0 - far) ** (degree + 1)
+        rounding = 8.0 * (degree + 2) * _UNIT / (1.0 - far)
+        series.remainder = (series.remainder + left + rounding) * _UP
+        found = series * (1.0 / factor) ** exponent
+        found.remainder = (found.remainder + 8.0 * _UNIT * found.bound()) * _UP
+        return found
+
     def __truediv__(self, other: Models | npt.ArrayLike) -> Models:
         return self * self._of(other).inverse()
 

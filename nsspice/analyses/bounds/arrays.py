@@ -13,12 +13,12 @@ from ...circuit.mna import stamped
 from ...devices.stamper import Layout, Triplets
 from ...problems.descriptor import Functional, Switch, Waveform
 from ...problems.taylor import Models, Space
+from ..gradients.carried import Carried, Lost
 from ..gradients.variation import Apart, Decks, Parameter, of_island
 from ..request.load import read_again
 from ..request.periodic_sources import continued
 from ..request.restart_state import with_waveforms
 from ..request.targets import with_model_values
-from .carried import Carried, Lost
 
 #: relative difference of first derivatives from differences, whose errors are below 1e-11
 _DIFFERENT = 1e-6

@@ -11,6 +11,7 @@ from ...circuit import Circuit
 from ...netlist.deck import Measure, Sweep
 from ...problems.csc import Floats
 from ...problems.taylor import Models, Unbounded, space
+from ..gradients.carried import Carried, Lost
 from ..gradients.variation import Parameter
 from ..request.load import read_again
 from ..request.request import Request
@@ -18,7 +19,6 @@ from ..request.targets import with_model_values
 from ..solution.solution import Solution
 from ..studies.batch import Job, run_job
 from .arrays import traced
-from .carried import Carried, Lost
 from .extremes import Extremes
 from .nominal import Nominal, nominal_of
 from .orbit import NotProved, Orbit

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...problems.descriptor import Functional
 from ...problems.taylor import Models, Unbounded
+from ..gradients.carried import Lost
 from .arrays import Arrays, model_of
-from .carried import Lost
 from .elimination import Solved, solve
 from .sources import line_of
 

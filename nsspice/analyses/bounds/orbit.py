@@ -20,8 +20,8 @@ import numpy as np
 from ...problems.csc import Floats
 from ...problems.descriptor import Functional
 from ...problems.taylor import Models, Space
+from ..gradients.carried import Lost
 from .arrays import Arrays, model_of
-from .carried import Lost
 from .elimination import solve
 from .flow import Piece, move
 from .mode import Mode

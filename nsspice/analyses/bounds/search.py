@@ -16,10 +16,10 @@ from ...netlist.deck import Measure
 from ...problems.csc import Floats
 from ...problems.polynomial_range import largest
 from ...problems.taylor import Models, Unbounded
+from ..gradients.carried import Lost
 from ..gradients.variation import Parameter
 from ..request.load import need_circuit
 from ..studies.batch import Job, jobs_of
-from .carried import Lost
 from .enclosure import Box, signal_of, weights_of
 from .orbit import NotProved
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ...problems.descriptor import Waveform
-from .carried import Carried, Lost
+from ..gradients.carried import Carried, Lost
 
 #: nearer than this part of the period two instants of the middle may be one
 _TOGETHER = 1e-9

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
+from ...errors import NsspiceError
 from ...netlist.deck import TranCard
 from ...solvers.modewise import NotModewise
 from ...solvers.orbit import NoDerivative, PeriodMap, State
@@ -31,6 +32,7 @@ from .goals import goal_of
 from .instants import moved_instants
 from .refusals import at_a_tie, no_derivative, unbounded, undone
 from .sources import NotDifferentiable, period_by
+from .traced import Traced, traced
 from .variation import Decks, Parameter, apart, of_cards, of_island
 
 #: relative difference of derivatives that are not those of one extreme
@@ -59,6 +61,7 @@ class Differentiated:
         self._circuit, self._solution, self._integrals = circuit, solution, integrals
         self._analysis = analysis
         self._linear = Linearised(circuit, solution)
+        self._traced: Traced | None = None
 
     def derivatives(
         self, measures: Sequence[str], parameters: Sequence[Parameter], decks: Decks
@@ -76,7 +79,8 @@ class Differentiated:
         ties = [tie for tie in self._linear.ties if tie.measure in measures]
         functionals += [tie.functional for tie in ties]
         found = np.zeros((len(functionals), len(parameters)))
-        cards = [of_cards(decks, p, self._solution.analysis) for p in parameters]
+        self._traced = traced(decks.circuit, parameters)
+        cards = self._of_cards(decks, parameters)
         names = list(dict.fromkeys(n for f in functionals for n in f.signals()))
         parts = {name: self._circuit.parts(name) for name in names}
         for home in sorted({h for terms in parts.values() for h, _, _ in terms}):
@@ -102,6 +106,40 @@ class Differentiated:
                 raise at_a_tie(tie.measure, tie.times)
         return found[: len(measures)]
 
+    def _of_cards(self, decks: Decks, parameters: Sequence[Parameter]) -> list[dict[Any, float]]:
+        """Return the derivatives of the numbers on measures by each parameter."""
+        analysis = self._solution.analysis
+        if self._traced is not None:
+            try:
+                return self._traced.of_cards(analysis)
+            except ArithmeticError:
+                self._traced = None  # a function without a traced derivative
+        return [of_cards(decks, p, analysis) for p in parameters]
+
+    def _changes(
+        self,
+        decks: Decks,
+        parameters: Sequence[Parameter],
+        home: int,
+        mna: MnaSystem,
+        names: Sequence[str],
+    ) -> list[dict[Any, float]]:
+        """Return the derivatives of an island's numbers by each parameter."""
+        periodic = self._analysis is None
+        if self._traced is not None and np.array_equal(mna.system.storage.data, mna.system.E.data):
+            try:
+                return self._traced.of_island(home, mna, names, periodic, not periodic)
+            except (ArithmeticError, IndexError, NsspiceError):
+                pass  # differences know, or say why not
+        changed = _continued if periodic else _as_it_is
+        island_of = self._circuit.element_island
+        return [
+            of_island(decks, p, home, mna, names, changed)
+            if p.target.kind != "element" or island_of[p.target.name] == home
+            else {}
+            for p in parameters
+        ]
+
     def _of_island(
         self,
         home: int,
@@ -120,13 +158,7 @@ class Differentiated:
         names = list(dict.fromkeys(part for terms in local.values() for part, _ in terms))
         changed = _continued if periodic else _as_it_is
         mna = changed(apart(self._circuit, home, course.mna, course.mna.layout.conditions))
-        island_of = self._circuit.element_island
-        changes = [
-            of_island(decks, p, home, mna, names, changed)
-            if p.target.kind != "element" or island_of[p.target.name] == home
-            else {}
-            for p in parameters
-        ]
+        changes = self._changes(decks, parameters, home, mna, names)
         beginning = None
         if self._analysis is not None:
             beginning = Beginning(self._circuit, mna, self._analysis)

@@ -227,11 +227,12 @@ def of_cards(decks: Decks, parameter: Parameter, analysis: str) -> dict[Any, flo
     """Return the derivatives of the numbers on an analysis' measures, and of its ``stop``."""
     if parameter.target.kind != "param":
         return {}
-    found = partial(_on_cards, analysis=analysis)
+    found = partial(on_cards, analysis=analysis)
     return derivatives(parameter, lambda x: found(decks.at(parameter, x).deck))
 
 
-def _on_cards(deck: Deck, analysis: str) -> Numbers:
+def on_cards(deck: Deck, analysis: str) -> Numbers:
+    """Return the numbers on an analysis' measures, and its ``stop``."""
     found: dict[tuple[Any, ...], float] = {}
 
     def note(card: Measure | Cond, fields: Sequence[str], *key: str) -> None:

@@ -7,10 +7,10 @@ an ideal transformer with a magnetising inductance.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from ...netlist.text.numbers import square_root
 from ...problems.descriptor import Functional
 from ..device import Context, Device, check_flags, number
 from ..effect import Effect
@@ -75,7 +75,7 @@ class Coupling(Device):
         """Yield each coupled pair of inductors with its mutual inductance [H]."""
         for one, two in itertools.combinations(self.inductors, 2):
             product = one.inductance(layout) * two.inductance(layout)
-            yield one, two, self.coefficient * math.sqrt(product)
+            yield one, two, self.coefficient * square_root(product)
 
     def stamp(self, stamper: Stamper) -> None:
         """Write the mutual inductances."""

@@ -12,6 +12,7 @@ from ..expansion.binding import NOTHING
 from ..expressions.expression import Expression
 from ..findings import Unreadable
 from ..text.lines import Line
+from ..text.numbers import as_float
 from .context import Context, after_card
 
 _STATISTICS = {
@@ -314,7 +315,7 @@ class _Maker:
         delay = self._number(part, "td", late, "delay") if "td" in part.named else 0.0
         if right.variables():
             return Cond(left, None, right, edge, index, delay or 0.0, late=tuple(late))
-        level = float(right.evaluate({}))
+        level = as_float(right.evaluate({}))
         return Cond(left, level, None, edge, index, delay or 0.0, late=tuple(late))
 
     def _edge(self, part: _Part) -> Cond:

@@ -7,6 +7,7 @@ Letters after a number are a scale suffix and then a unit that is ignored: ``1kO
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,6 +29,11 @@ class Traced(float):
 def as_float(value: float | str) -> float:
     """Return a float; one that knows more stays what it is."""
     return value if isinstance(value, Traced) else float(value)
+
+
+def square_root(value: float) -> float:
+    """Return the square root; of a number that knows more one that does so, too."""
+    return as_float(value**0.5) if isinstance(value, Traced) else math.sqrt(value)
 
 
 #: scale suffixes, lower case; both micro signs are accepted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -283,3 +284,48 @@ def test_a_peak_right_after_a_jump() -> None:
         for name, power in zip(names, (1.0, 1.0, -0.5, -0.5), strict=True)
     }
     assert_close(found.derivatives, {"i_sec": wanted}, found.parameters)
+
+
+def test_a_parameter_and_the_element_whose_value_it_is() -> None:
+    """Each moves with the other at rest: Vref is iref - 5 in the deck."""
+    deck = nsspice.read("netlists/steady/peak_current.net")
+    found = nsspice.gradient(deck, ["i_low"], ["iref", "vref", "vin"])
+    # I - (Vin - Vo)/L t1 + ... = I - Vo (1 - Vo/Vin) T / L, duty Vo/Vin
+    low = {"iref": 1.0, "vref": 1.0, "vin": -(4.0**2) / 10.0**2 * 10e-6 / 20e-6}
+    assert_close(found.derivatives, {"i_low": low}, found.parameters)
+
+
+def test_one_assembly_gives_what_differences_of_many_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Coupled inductors, delays that depend on parameters, functions that are not traced."""
+    text = Path("netlists/steady/dual_active_bridge.net").read_text("utf-8")
+    text = text.replace(".param t=20u ph={t/10}", ".param a=0.1 t=20u ph={t*sqrt(a*a)*cos(0)}")
+    deck = nsspice.read(text)
+    names = ["a", "v1", *(d.name for d in deck.devices if d.letter in "rlc")]
+    one = nsspice.gradient(deck, ["v_avg"], names)
+    monkeypatch.setattr("nsspice.analyses.gradients.differentiated.traced", lambda *_: None)
+    many = nsspice.gradient(deck, ["v_avg"], names)
+    size = max(abs(d * one.parameters[n]) for n, d in many.derivatives["v_avg"].items())
+    for name, d in one.derivatives["v_avg"].items():
+        # differences of numbers are known to 1e-11; sums of them cancel to a hundredth here
+        assert abs(d - many.derivatives["v_avg"][name]) * one.parameters[name] <= 1e-9 * size
+
+
+def test_a_function_that_is_not_traced_is_differentiated_all_the_same() -> None:
+    deck = nsspice.read(RC.replace(".param v=5", ".param a=0.3 v={5*exp(a)}"))
+    found = nsspice.gradient(deck, ["end"], ["a"])
+    tau, v = 1e-3, 5.0 * np.exp(0.3)
+    end = v * -np.expm1(-1.7e-3 / tau)
+    assert found.derivatives["end"]["a"] == pytest.approx(end, rel=1e-10)
+
+
+def test_a_number_taken_by_its_value_alone_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device that drops what a number depends on: the derivative is that of differences."""
+    from nsspice.devices.passive.resistor import Resistor
+
+    plain = Resistor.at
+    monkeypatch.setattr(Resistor, "at", lambda self, c: float.__mul__(plain(self, c), 1.0))
+    found = nsspice.gradient(nsspice.read(RC), ["end"], ["r1"])
+    # d/dR of V - (V - V0) e^(-t/RC), t = 1.7 ms
+    x = 1.7
+    wanted = -(5.0 - 0.5) * np.exp(-x) * x / 1e3
+    assert found.derivatives["end"]["r1"] == pytest.approx(wanted, rel=1e-9)

@@ -61,6 +61,18 @@ def test_the_largest_value_is_bounded_and_attained(a, b, c, at):
     assert attained <= bound
 
 
+@pytest.mark.parametrize("exponent", [0.5, 1.5, -0.5])
+def test_roots_are_enclosed(exponent):
+    root = Models.variable(HOME, 2.0, 0.5, 0).power(exponent)
+    for place in (-1.0, -0.7, 0.0, 0.3, 1.0):
+        polynomial, remainder = value(root, (Fraction(place), Fraction(0)))
+        low, high = polynomial - remainder, polynomial + remainder
+        x = Fraction(2) + Fraction(1, 2) * Fraction(place)
+        # squares are exact: x^2e lies between those of the ends
+        assert low > 0
+        assert low * low <= x ** int(2 * exponent) <= high * high
+
+
 def test_products_of_matrices_agree_with_those_of_their_entries():
     rng = np.random.default_rng(4)
     a = Models(HOME, rng.normal(size=(3, 2, HOME.size)), rng.random((3, 2)) * 1e-3)

@@ -1,4 +1,4 @@
-"""Numbers that carry a Taylor model through the reading of a deck and the stamps of its elements.
+"""Numbers that carry a Taylor model through the reading of a deck and its assembly.
 
 A netlist is read and assembled by code that works on floats.  A :class:`Carried` is a float, the
 value in the middle of the box, and its arithmetic encloses the value for all parameters.  Where
@@ -8,6 +8,7 @@ alone what differs within the box, it raises.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -72,8 +73,10 @@ class Carried(Traced):
         return -self if self < 0.0 else self
 
     def __pow__(self, other: Any, modulo: Any = None) -> Any:
-        if isinstance(other, Carried) or other != int(other) or abs(other) > 64:
-            raise Lost("a power whose exponent is no whole number")
+        if isinstance(other, Carried) or not abs(other) <= 64:
+            raise Lost("a power whose exponent depends on a parameter")
+        if other != int(other):
+            return Carried(self.model.power(other))
         result = Carried(Models.constant(self.model.home, 1.0))
         for _ in range(abs(int(other))):
             result = result * self
@@ -83,7 +86,9 @@ class Carried(Traced):
 
     def _sign(self, other: Any) -> int:
         """Return the sign of the difference, which must be the same in all of the box."""
-        if other != other or other in (float("inf"), -float("inf")):
+        if not isinstance(other, Carried) and not math.isfinite(other):
+            if math.isnan(other):
+                raise Lost("a parameter is compared with what is no number")
             return -1 if other > 0 else 1
         low, high = (self.model - self._with(other)).range()
         if low > 0.0 or high < 0.0:
@@ -116,14 +121,25 @@ class Carried(Traced):
     def __hash__(self) -> int:
         return id(self)
 
-    def applied(self, function: str, arguments: Sequence[float]) -> NoReturn:
-        """Refuse a function that has no enclosure."""
+    def applied(self, function: str, arguments: Sequence[float]) -> float:
+        """Return the square root; other functions have no enclosure."""
+        if function == "sqrt":
+            return Carried(self.model.power(0.5))
         raise Lost(f"{function}() of a parameter has no enclosure")
 
     def _lost(self, *_: object) -> NoReturn:
         raise Lost("a parameter is used in a function that has no enclosure")
 
-    __float__ = __int__ = __round__ = __floor__ = __ceil__ = __trunc__ = _lost
+    def __ceil__(self) -> int:
+        low, high = (math.ceil(float(end)) for end in self.model.range())
+        if low != high:
+            raise Unbounded("a whole number that differs within the box")
+        return low
+
+    def __floor__(self) -> int:
+        return -Carried(-self.model).__ceil__()
+
+    __float__ = __int__ = __round__ = __trunc__ = _lost
     __mod__ = __rmod__ = __floordiv__ = __rfloordiv__ = __rpow__ = _lost
     __divmod__ = __rdivmod__ = _lost
 
