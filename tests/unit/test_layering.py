@@ -47,6 +47,7 @@ ROOMS = {
 #: a solution, analyses of a circuit, the kind of element that a line turns out to be
 HANDS_OVER = {
     "analyses/solution/exports.py": {"output"},
+    "analyses/solution/solution.py": {"analyses.transient"},
     "circuit/circuit.py": {"analyses", "output"},
     "devices/diodes/diode.py": {"devices.switches"},
     "devices/expressions/stored.py": {"devices"},

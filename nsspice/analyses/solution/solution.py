@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import Diagnostic, suggest
+from ...errors import Diagnostic, UsageError, suggest
 from ...netlist.expressions.node import COMPLEX_FORMS
 from ..results.jumps import Impulse, JumpReport
 from ..signals.events import Event
@@ -405,6 +405,28 @@ class Solution(RunStatistics, HandedOver):
             return self.recording.motion(wanted, low, high)
         rows = self.with_jumps()
         return Motion.of_rows(rows.axis, {n: rows[n] for n in wanted}, self.axis_name or "op")
+
+    def losses(self, *loads: str) -> LossTable:
+        """Return the average powers of all elements of a steady state: losses and efficiency.
+
+        Parameters
+        ----------
+        loads : str
+            Elements whose power is useful.
+
+        Raises
+        ------
+        UsageError
+            NS4005 without a steady state in closed form, or for a load that the circuit lacks.
+        """
+        from ..transient.spectrum import add_powers
+
+        if self.integrals is not None:
+            add_powers(self.integrals.circuit, self, [name.lower() for name in loads])
+        if self.powers is None:
+            hint = "use .pss, or nsspice run --power for a transient"
+            raise UsageError(Diagnostic("NS4005", "there are no average powers", hint=hint))
+        return self.powers
 
     def values(self) -> Mapping[str, Floats]:
         """Return axis and signals by name, as expressions see them."""

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
 
 from ...errors import Diagnostic, NsspiceError, UsageError
 from ...netlist.expressions.expression import Expression
+from ...netlist.expressions.node import var
 from ..signals import signal_statistics as statistics
 from ..signals.signal_function import Floats, Trace
 from .solution import Solution
+
+_POWER = re.compile(r"\s*p\s*\(\s*([^\s(),]+)\s*\)\s*")
 
 
 class NotFound(Exception):
@@ -113,9 +117,15 @@ def statistic_of(
         NS4005 if there is no such signal, or the window lies outside of the run.
     """
     try:
-        return statistic(solution, Expression.parse(signal), name, start, stop)
+        return statistic(solution, _parsed(signal), name, start, stop)
     except NotFound as why:
         raise _refused(signal, start, stop, why) from None
+
+
+def _parsed(signal: str) -> Expression:
+    """Return a signal or expression; the power ``p(r1)`` stands alone."""
+    power = _POWER.fullmatch(signal.lower())
+    return Expression.parse(signal) if power is None else Expression(var(f"p({power[1]})"))
 
 
 def crossings_of(
@@ -133,7 +143,7 @@ def crossings_of(
     try:
         if not low <= high:
             raise NotFound("the window contains no rows")
-        trace = trace_of(solution, Expression.parse(signal), None, low, high)
+        trace = trace_of(solution, _parsed(signal), None, low, high)
     except NotFound as why:
         raise _refused(signal, start, stop, why) from None
     return statistics.crossings(trace, level, edge, low, high)

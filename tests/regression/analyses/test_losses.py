@@ -140,3 +140,25 @@ def test_the_command_prints_the_table(tmp_path: Path) -> None:
     )  # fmt: skip
     assert wrong.returncode == 2
     assert "R9".lower() in wrong.stderr
+
+
+def test_losses_and_powers_without_the_command_line() -> None:
+    """A divider on 10 V, chopped to half of the time: mean powers in closed form."""
+    deck = """chopper
+V1 a 0 10
+S1 a b g 0 SW
+R1 b c 2
+R2 c 0 3
+L1 c d 1m
+R3 d 0 1k
+Vg g 0 PULSE(0 1 0 0 0 5u 10u)
+.model SW SW(VT=0.5)
+"""
+    solution = nsspice.pss(nsspice.read(deck.replace("L1 c d 1m\nR3 d 0 1k\n", "C1 a 0 1u\n")))
+    table = solution.losses("R2")
+    # 10 V / 5 Ohm for half of the time
+    assert table.useful == pytest.approx(0.5 * 4.0 * 3.0, rel=1e-12)
+    assert table.efficiency == pytest.approx(0.6, rel=1e-12)
+    assert solution.average("p(R1)") == pytest.approx(0.5 * 4.0 * 2.0, rel=1e-12)
+    with pytest.raises(nsspice.UsageError, match="average powers"):
+        nsspice.tran(nsspice.read(deck), stop=1e-5, step=1e-6).losses()
