@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ..circuit import Circuit
+from ..circuit.line_settings import TOLERANCE
 from ..devices.device import Device
+from ..devices.diodes.junction_diode import JunctionDiode
 from ..devices.mosfets.smooth_mosfet import SmoothMosfet
 from ..netlist.deck import Element
 from .edits import SET_VALUED, Edit
@@ -18,9 +20,12 @@ _ESSENTIAL = frozenset(
 #: elements so much larger (resistors) or smaller (capacitors) than others of their kind are tried
 #: as parasitics; what they do is measured, so that this decides about nothing but the time it takes
 _APART = 1e4
+#: a measure sees the difference of a law as so much less, since most of a circuit is no junction;
+#: a line of hundreds of pieces saves nothing
+_LAWS, _FINEST = 5.0, 2e-3
 
 
-def candidates(circuit: Circuit, names: Iterable[str] = ()) -> list[Edit]:
+def candidates(circuit: Circuit, names: Iterable[str] = (), tol: float = 1e-3) -> list[Edit]:
     """Return the effects that can be left out, in deck order.
 
     Parameters
@@ -28,6 +33,8 @@ def candidates(circuit: Circuit, names: Iterable[str] = ()) -> list[Edit]:
     circuit : Circuit
     names : iterable of str
         Elements to try as open circuits besides, such as ``rsnub``.
+    tol : float
+        Largest relative change of a measure.
     """
     found: dict[tuple[str, str, str], Edit] = {}
     elements = {e.name: e for e in circuit.deck.elements}
@@ -38,6 +45,9 @@ def candidates(circuit: Circuit, names: Iterable[str] = ()) -> list[Edit]:
             continue
         for edit in (*_of_model(device, element), *_of_parasitic(device, element)):
             found.setdefault((edit.target, edit.kind, edit.key), edit)
+    lines = _lines(circuit, tol)
+    if lines is not None:
+        found[lines.target, lines.kind, lines.key] = lines
     for element in _apart(circuit.deck.elements):
         found.setdefault((element.name, "open", ""), _open(element, "leakage or stray element"))
     for element in _side_by_side(circuit.deck.elements):
@@ -45,6 +55,16 @@ def candidates(circuit: Circuit, names: Iterable[str] = ()) -> list[Edit]:
     for name in asked & elements.keys():
         found.setdefault((name, "open", ""), _open(elements[name], "element"))
     return list(found.values())
+
+
+def _lines(circuit: Circuit, tol: float) -> Edit | None:
+    """Return all junctions as broken lines, where that is possible and new."""
+    smooth = [d for d in circuit.devices if d.smooth and d.letter in "dmqjz"]
+    if not smooth or not all(isinstance(d, JunctionDiode) and d.leg.drop is None for d in smooth):
+        return None
+    law = f"lines:{min(TOLERANCE, max(_LAWS * tol, _FINEST)):g}"
+    name = "curvature of currents and charges"
+    return Edit("junctions", name, f"junctions={law}", "lines", "junctions", smooth[0].span, law)
 
 
 def _of_model(device: Device, element: Element) -> Iterator[Edit]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from ..circuit.line_settings import with_junctions
 from ..errors import Span
 from ..netlist.deck import Deck, Element, Model, Param
 
@@ -24,10 +25,10 @@ class Edit:
         ``forward drop``, ``junction charge`` ...
     parameter : str
         ``vfwd=0.7``, as a table shows it.
-    kind : {"parameter", "ideal", "straight", "switch", "open", "short"}
+    kind : {"parameter", "ideal", "straight", "switch", "open", "short", "lines"}
         A parameter of a model is removed; a junction becomes an ideal diode, or one with the drop
         and resistance of ``key``, a MOSFET a switch; an element becomes an open circuit, or a short
-        circuit between its nodes.
+        circuit between its nodes; all junctions become broken lines as ``key`` says.
     target : str
         Name of the model or element.
     key : str
@@ -39,7 +40,7 @@ class Edit:
     owner: str
     effect: str
     parameter: str
-    kind: Literal["parameter", "ideal", "straight", "switch", "open", "short"]
+    kind: Literal["parameter", "ideal", "straight", "switch", "open", "short", "lines"]
     target: str
     span: Span
     key: str = ""
@@ -51,6 +52,8 @@ class Edit:
 
     def apply(self, deck: Deck) -> Deck:
         """Return the deck without the effect; the one given is left as it is."""
+        if self.kind == "lines":
+            return with_junctions(deck, self.key)
         if self.kind in ("parameter", "ideal", "straight", "switch"):
             elements = [self._without(e) for e in deck.elements]
         else:

@@ -198,7 +198,9 @@ class EffectsReport:
                 f"* removed: {edit.name} ({edit.parameter}), "
                 f"which changes measures by {rows[edit].change:.1e}"
             )
-            if edit.span.file != deck.file:
+            if edit.kind == "lines":
+                notes += [note, f".options {edit.parameter}"]
+            elif edit.span.file != deck.file:
                 notes.append(f"{note}: to be removed in {edit.span.file}")
             else:
                 _leave_out(lines, edit, note, "ideal" if edit in bare else "")

@@ -80,7 +80,7 @@ def effects(
     ['model dm: forward drop']
     """
     deck = prepared(circuit)
-    edits = candidates(circuit, drop)
+    edits = candidates(circuit, drop, tol)
     say = progress or (lambda what, share: None)
     count = os.cpu_count() or 1 if workers is None else workers
     with pool_of(count) as pool:
@@ -225,11 +225,16 @@ class _Search:
         lines = {e.target for e in dropped if e.kind == "straight"}
         bare = lines | {e.target for e in dropped if e.kind == "ideal"}
         gone = {"parameter": bare, "ideal": lines, "straight": set()}
-        return frozenset(
+        found = frozenset(
             e
             for e in dropped
             if e.kind in gone and (e.target not in models or e.target in gone[e.kind])
         )
+        smooth = {d.name for d in junction_diodes(build(self.bench.deck))}
+        left_smooth = any(
+            e.name in smooth and e.model is not None and e.model.name not in bare for e in left
+        )
+        return found if left_smooth else found | {e for e in dropped if e.kind == "lines"}
 
     def summary(self) -> EffectsReport:
         """Return the report of what has been run."""

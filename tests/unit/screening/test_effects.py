@@ -111,3 +111,36 @@ def test_the_command_writes_deck_picture_and_json(tmp_path: Path, monkeypatch) -
     assert "d2: parallel diode" in data["recommended"]["dropped"]
     assert Path("buck.effects.png").stat().st_size > 5000
     assert nsspice.read("buck.cheap.net").run()
+
+
+#: a drop of a volt of 20 matters, and its curvature does: no straight line is good enough
+CURVED = """rectifier behind an inductor
+V1 in 0 SIN(0 20 10k)
+L1 in a 10u
+D1 a out DM
+D2 0 a DM
+C1 out 0 10u IC=15
+R1 out 0 50
+.model DM D(IS=1n N=1.7 RS=0.05 CJO=60p TT=20n)
+.tran 1u 200u uic
+.measure tran mean avg v(out) from=100u to=200u
+"""
+
+
+def test_junctions_as_broken_lines_are_recommended_and_run() -> None:
+    report = effects(nsspice.read(CURVED), 4e-3, workers=1)
+    (edit,) = (e for e in report.dropped if e.kind == "lines")
+    assert edit.key == "lines:0.02"  # five times what measures may change by
+    assert report.methods == (("sdirk",), ("modewise",))
+    assert report.change <= 4e-3
+    text = report.deck(CURVED, nsspice.read(CURVED).deck)
+    assert "* removed: junctions:" in text
+    found = nsspice.read(text).run()[0].measures["mean"]
+    assert found == pytest.approx(report.values["mean"], rel=1e-12)
+
+
+def test_broken_lines_are_no_candidate_beside_smooth_transistors() -> None:
+    text = CURVED.replace(".tran", "Q1 a a 0 QN\n.model QN NPN\n.tran")
+    assert not [e for e in candidates(nsspice.read(text)) if e.kind == "lines"]
+    again = nsspice.read(CURVED, junctions="lines")
+    assert not [e for e in candidates(again) if e.kind == "lines"]
