@@ -123,7 +123,7 @@ def statistic_of(
 
 
 def _parsed(signal: str) -> Expression:
-    """Return a signal or expression; the power ``p(r1)`` stands alone."""
+    """Return a signal or expression; the power ``p(r1)`` is an expression of its own."""
     power = _POWER.fullmatch(signal.lower())
     return Expression.parse(signal) if power is None else Expression(var(f"p({power[1]})"))
 
