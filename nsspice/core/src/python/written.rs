@@ -68,7 +68,7 @@ impl Written {
         (self.count, self.signed.clone(), self.sizes.clone())
     }
 
-    /// The same beside what they must be.
+    /// The same next to what they must be.
     pub fn sums_beside(&self, expected: Vec<f64>) -> RowSumSpec {
         let (count, signed, sizes) = self.sums();
         (count, signed, sizes, expected)
