@@ -37,6 +37,8 @@ from .stepper import Jump, Stepper, UnsolvedStep, restless
 
 #: Unknowns and pairs together up to which a mode is reduced with dense matrices.
 DENSE_LIMIT = 600
+#: the same where all pairs have resistances in series: segments by series need no dense modes
+SERIES_LIMIT = 2000
 #: waveforms that solve a linear equation with constant coefficients, piece by piece
 _LINEAR = frozenset({"dc", "pulse", "pwl", "sin", "exp", "held"})
 
@@ -45,8 +47,15 @@ class NotModewise(Exception):
     """A system that the mode-wise engine does not treat; the message is a clause."""
 
 
-def refusal(system: DescriptorSystem) -> str | None:
+def refusal(system: DescriptorSystem, limit: int = DENSE_LIMIT) -> str | None:
     """Return why a system cannot be treated mode by mode, None if it looks as if it could.
+
+    Parameters
+    ----------
+    system : DescriptorSystem
+        The equations.
+    limit : int
+        Unknowns and pairs together that it may have.
 
     Examples
     --------
@@ -63,7 +72,7 @@ def refusal(system: DescriptorSystem) -> str | None:
             return "it is driven by another block"
         if waveform.kind not in _LINEAR:
             return f"an {waveform.kind} source is not the solution of a linear equation"
-    if system.n + system.m > DENSE_LIMIT:
+    if system.n + system.m > limit:
         return f"{system.n} unknowns and {system.m} pairs are too many for dense matrices"
     return None
 
@@ -153,7 +162,8 @@ class ModewiseStepper(Stepper):
     """
 
     def __init__(self, system: DescriptorSystem, outputs: Sequence[Functional]) -> None:
-        reason = refusal(system)
+        resistive = np.count_nonzero(system.D.data) >= system.m > 0
+        reason = refusal(system, SERIES_LIMIT if resistive else DENSE_LIMIT)
         if reason is not None:
             raise NotModewise(reason)
         self._core: _core.Modewise

@@ -7,7 +7,7 @@
 //! of switches) are bounded ([`root_bracketing`]), and the next mode is proved before it is entered ([`successor`],
 //! [`verify`]). The energies of all segments are summed ([`energy_balance`]) by following each once more
 //! ([`segment_energies`]). Where nothing can be proved, implicit steps continue ([`implicit_steps`]).
-//! Segments of large networks whose modes are hardly ever met again are polynomials instead ([`series`], [`expanded`]).
+//! Segments of large networks whose modes are hardly ever met again are polynomials instead ([`series`]).
 //!
 //! Read `run` first, the loop over segments, then the files above in their order.  Imports: `dense`, `mlcp`, `instant`
 //! and below; from `integrate` only failures and jumps, from `audit` only the records and energy sums that it fills.
@@ -21,7 +21,6 @@ pub mod bundle;
 mod cluster;
 mod energy_balance;
 pub mod error_carrying;
-mod expanded;
 mod expected_rows;
 mod exponential;
 mod gramian;

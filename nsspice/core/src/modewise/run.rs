@@ -3,7 +3,6 @@
 use super::accumulation::Accumulation;
 use super::at_threshold::Control;
 use super::energy_balance::EnergyBalance;
-use super::expanded::Expanded;
 use super::implicit_step::Implicit;
 use super::implicit_steps::Stepped;
 use super::log::{Log, Statistics};
@@ -17,6 +16,7 @@ use super::rows::Table;
 use super::run_state::{Motion, Phase, Plan, Span, State};
 use super::samples::Samples;
 use super::segment_points::Along;
+use super::series::run::Expanded;
 use super::successor::{cause_of, roles, Picker, Scene};
 use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};

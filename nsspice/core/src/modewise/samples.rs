@@ -112,13 +112,14 @@ pub(super) fn rule() -> ([f64; 6], [f64; 6]) {
 }
 
 impl Samples {
-    /// Whether one interval of a segment of this length is to be recorded, `fresh` if its mode has not been met before.
-    pub fn takes(&mut self, length: f64, fresh: bool) -> bool {
+    /// Whether one interval of a segment of this length is to be recorded, `fresh` if its mode has not been met before;
+    /// of so many modes at any cost.
+    pub fn takes(&mut self, length: f64, fresh: bool, modes: usize) -> bool {
         if !self.watches || length <= 0.0 {
             return false;
         }
         self.tokens = (self.tokens + 1).min(STOCK);
-        let first = fresh && self.modes < FIRST_MODES;
+        let first = fresh && self.modes < modes;
         self.modes += usize::from(fresh);
         if !first && self.tokens < PRICE {
             return false;

@@ -88,6 +88,15 @@ impl Basis {
         self.order.iter().copied().filter(|&node| self.parent[node].is_none())
     }
 
+    /// From the roots on: a node, the node before it, the place in the forest of the branch between them, and the sign
+    /// with which its voltage leads there.
+    pub fn reached(&self) -> impl Iterator<Item = (usize, usize, usize, f64)> + '_ {
+        let step = |&node: &usize| {
+            self.parent[node].map(|(before, place, sign)| (node, before, place, sign))
+        };
+        self.order.iter().filter_map(step)
+    }
+
     /// Potentials from the voltages of the forest; each root has that of `roots`.
     pub fn potentials(&self, tree: &[f64], roots: &[f64]) -> Vec<f64> {
         let mut out = roots.to_vec();

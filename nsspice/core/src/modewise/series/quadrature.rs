@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
+/// Places and weights.
+pub type Rule = (Vec<f64>, Vec<f64>);
+
 /// Places and weights of the rule with so many points, which integrates polynomials of a degree below twice their
 /// number exactly.
-pub fn gauss_legendre(points: usize) -> (Vec<f64>, Vec<f64>) {
+pub fn gauss_legendre(points: usize) -> Rule {
     let n = points as f64;
     let one = |k: usize| {
         let mut x = (PI * (k as f64 + 0.75) / (n + 0.5)).cos();

@@ -15,7 +15,6 @@
 use super::normal_tree::{self, Dependent};
 use crate::sparse::{Csc, Ordering, SparseLu};
 use crate::structure::{Branch, Elements};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What drives the equations: in terms of the assembled system, sources and what is known of the states.
@@ -215,11 +214,6 @@ impl Tableau {
         self.factor.pivot_ratio()
     }
 
-    /// Entries of the matrix; those of its factors are hardly more.
-    pub fn entries(&self) -> usize {
-        self.matrix.values.len()
-    }
-
     /// Solves for all unknowns.
     pub fn solve(&mut self, drive: &Drive, y: &mut [f64]) -> bool {
         let Elements { voltages, pairs, .. } = &self.elements;
@@ -254,51 +248,6 @@ impl Tableau {
             sign * if capacitor { source(&list[from], sources) } else { entering[from] }
         };
         one.sources.iter().map(part).sum()
-    }
-
-    /// The unknowns of the network by those of the tableau.
-    pub fn unknowns(&self) -> Vec<Vec<(usize, f64)>> {
-        let e = &self.elements;
-        let (nodes, ground) = (self.first[0], e.nodes - 1);
-        let size = e.unknowns.iter().copied();
-        let all = [&e.voltages, &e.inductors, &e.resistors].into_iter().flatten();
-        let last = size.chain(all.filter_map(|b| b.index)).max().map_or(0, |j| j + 1);
-        let mut out = vec![Vec::new(); last];
-        let mut of = vec![0; last];
-        e.unknowns.iter().enumerate().for_each(|(node, &j)| of[j] = node);
-        for (node, &j) in e.unknowns.iter().enumerate() {
-            let before = e.coordinates.before(j);
-            let other = if before < 0 { ground } else { of[before as usize] };
-            let ends = Branch { ends: [node, other], value: 0.0, index: None };
-            out[j] = inner(&ends, nodes).collect();
-        }
-        for (first, list) in [(self.first[0], &e.voltages), (self.first[2], &e.inductors)] {
-            for (k, branch) in list.iter().enumerate() {
-                branch.index.iter().for_each(|&j| out[j] = vec![(first + k, 1.0)]);
-            }
-        }
-        for r in &e.resistors {
-            let current = inner(r, nodes).map(|(node, sign)| (node, sign * r.value));
-            r.index.iter().for_each(|&j| out[j] = current.clone().collect());
-        }
-        out
-    }
-
-    /// Unknowns of the network that are the voltages of capacitors: unknown, state, sign.
-    pub fn stored(&self) -> Vec<(usize, usize, f64)> {
-        let e = &self.elements;
-        let mut of = HashMap::new();
-        for (state, c) in e.capacitors.iter().enumerate().rev() {
-            let [plus, minus] = c.ends;
-            of.insert([plus, minus], (state, 1.0));
-            of.insert([minus, plus], (state, -1.0));
-        }
-        let mut node_of = vec![e.nodes - 1; e.unknowns.iter().max().map_or(0, |j| j + 1)];
-        e.unknowns.iter().enumerate().for_each(|(node, &j)| node_of[j] = node);
-        let before = |j: usize| usize::try_from(e.coordinates.before(j)).ok();
-        let ends = |j: usize| [node_of[j], before(j).map_or(e.nodes - 1, |k| node_of[k])];
-        let found = e.unknowns.iter().filter_map(|&j| Some((j, of.get(&ends(j))?)));
-        found.map(|(j, &(state, sign))| (j, state, sign)).collect()
     }
 
     fn offset(&self, pair: &Branch) -> f64 {
@@ -341,16 +290,6 @@ impl Tableau {
             true => y[self.first[3] + k],
             false => (if constant { self.offset(pair) } else { 0.0 }) - self.voltage(pair, y),
         }
-    }
-
-    /// Constant part of a guard, and its terms.
-    pub fn guard_terms(&self, k: usize) -> (f64, Vec<(usize, f64)>) {
-        let pair = &self.elements.pairs[k];
-        if self.on[k] {
-            return (0.0, vec![(self.first[3] + k, 1.0)]);
-        }
-        let terms = inner(pair, self.first[0]).map(|(node, sign)| (node, -sign));
-        (self.offset(pair), terms.collect())
     }
 
     /// The largest voltage and the largest current in a solution.
