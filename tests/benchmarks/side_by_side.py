@@ -69,6 +69,12 @@ def nsspice_step(deck: Callable[[float], str], stop: float, theta: float = 1.0) 
 
 def ngspice_point(text: str, options: str = "") -> float:
     """Seconds per accepted point of ngspice's transient analysis, by its own account."""
+    seconds, points = ngspice_transient(text, options)
+    return seconds / points
+
+
+def ngspice_transient(text: str, options: str = "") -> tuple[float, int]:
+    """Seconds and accepted points of ngspice's transient analysis, by its own account."""
     card = next(line for line in text.splitlines() if line.startswith(".tran"))
     body = text.replace(card + "\n", "").replace(".end\n", "")
     script = f"{options}\n.control\n{card[1:]}\nrusage all\nquit\n.endc\n.end\n"
@@ -82,7 +88,7 @@ def ngspice_point(text: str, options: str = "") -> float:
     points = re.search(r"Accepted timepoints = (\d+)", out)
     if seconds is None or points is None:
         raise RuntimeError(f"ngspice did not finish:\n{out[-2000:]}")
-    return float(seconds[1]) / int(points[1])
+    return float(seconds[1]), int(points[1])
 
 
 def processor_time(command: list[str]) -> tuple[float, float]:
