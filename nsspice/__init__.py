@@ -27,6 +27,7 @@ from .lazy import lazily
 __version__ = "0.2.0"
 
 __all__ = [
+    "Adc",
     "CertificateError",
     "CertificateWarning",
     "Circuit",
@@ -36,6 +37,7 @@ __all__ = [
     "NsspiceError",
     "NumericalError",
     "OutputError",
+    "Pwm",
     "RegularityError",
     "Solution",
     "StepError",
@@ -66,6 +68,7 @@ if TYPE_CHECKING:
     from .analyses import Solution, ac, dc, loop, op, pss, read, run, sens, tran
     from .analyses.bounds.search import bounds
     from .analyses.request.controller import Controller
+    from .analyses.request.converters import Adc, Pwm
     from .analyses.studies.gradient import gradient
     from .analyses.studies.objective import objective
     from .analyses.transient.stepwise import start
@@ -101,8 +104,10 @@ _HOME = {
     "StepError": ".errors",
     "TopologyError": ".errors",
     "UsageError": ".errors",
+    "Adc": ".analyses.request.converters",
     "Circuit": ".circuit",
     "Controller": ".analyses.request.controller",
+    "Pwm": ".analyses.request.converters",
     "Solution": ".analyses",
     "ac": ".analyses",
     "bounds": ".analyses.bounds.search",

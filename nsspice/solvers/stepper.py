@@ -129,6 +129,10 @@ class Jump:
 Turned = tuple[float, int, bool, float, float, bool]
 
 
+#: what the core says where a source is known no further
+_WAITING = 3
+
+
 class Stepper(ABC):
     """A plan of rows through time, computed block by block by the compiled core.
 
@@ -146,6 +150,9 @@ class Stepper(ABC):
         self._core = core
         self._columns = columns
         self._buffer = np.empty((0, columns))
+        #: what ``to_the_wait`` has met instead of a wait
+        self._row = np.empty((1, columns))
+        self._early: tuple[int, int] | None = None
         #: unknowns and multipliers of the DC solution with which the run begins, if it does
         self.dc_point: tuple[Floats, Floats] | None = None
         #: the last call has ended at an instant beyond which a source is not known, or the run
@@ -249,10 +256,14 @@ class Stepper(ABC):
         self.pending = rows[:0]
         filled = 0
         while True:
-            count, state = self._core.advance(rows[filled:], budget)
+            if self._early is None:
+                count, state = self._core.advance(rows[filled:], budget)
+            else:
+                (count, state), self._early = self._early, None
+                rows[filled : filled + count] = self._row[:count]
             filled += count
             if state != 2:
-                self.waits, self.done = state == 3, state == 1
+                self.waits, self.done = state == _WAITING, state == 1
                 return rows[:filled], state == 1
             self.pending = rows[:filled]
             failure = self._core.failure()
@@ -263,13 +274,20 @@ class Stepper(ABC):
             # a very large but genuine solution: the certificate found no contradiction
             self._core.accept_large()
 
-    def at_wait(self, begin: bool = False) -> Floats | None:
-        """Return the outputs where the run waits, just before, or at its begin, shape (outputs,).
+    def to_the_wait(self) -> bool:
+        """Advance to where a source is known no further; False if ``advance`` is to be called."""
+        count, state = self._core.advance(self._row, 0.1)
+        self.waits = state == _WAITING and count == 0
+        self._early = None if self.waits else (count, state)
+        return self.waits
+
+    def at_wait(self, begin: bool = False) -> list[float] | None:
+        """Return time and outputs where the run waits, just before, or at its begin.
 
         None at the begin of a run of the exact engine that begins with implicit steps.
         """
         row = self._core.sample(begin)
-        return None if row is None else row[1:]
+        return None if row is None else row.tolist()
 
     def show_all_points(self, start: float) -> None:
         """Add rows at all points of the engine from ``start`` [s] on, two where something jumps.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ...circuit import Circuit
 from ...devices import CurrentSource, VoltageSource
-from ...errors import Diagnostic, UsageError
+from .converters import Adc, Pwm, wrong
 from .recorder import select
 
 #: called with the time [s] and the values read; returns the value or values to set
@@ -26,14 +26,16 @@ class Controller:
     ----------
     period : float
         Between two calls [s].
-    reads : sequence of str
+    reads : sequence of str or Adc
         Signals, sampled just before the instant: ``v(out)``, ``i(l1)``.
-    writes : sequence of str
+    writes : sequence of str or Pwm
         Independent sources whose value [V or A] is set; before the first call it is that of the
-        deck.
+        deck.  Of a :class:`Pwm` the duty cycle is set.
     step : callable
         ``step(time, values)`` with the values of ``reads`` in order; returns one value for each of
-        ``writes``, a number if there is one, or None to leave them as they are.
+        ``writes``, a number if there is one, or None to leave them as they are.  If it remembers
+        anything from call to call, a property ``state``, a list of numbers that can also be set,
+        lets ``.pss`` find its steady state.
     delay : float
         From the sample to the change of the sources [s]: computing time.
     offset : float
@@ -57,8 +59,8 @@ class Controller:
     """
 
     period: float
-    reads: Sequence[str]
-    writes: Sequence[str]
+    reads: Sequence[str | Adc]
+    writes: Sequence[str | Pwm]
     step: Step = field(compare=False)
     delay: float = 0.0
     offset: float = 0.0
@@ -79,22 +81,27 @@ class Controller:
             ("offset", self.offset, -1.0),
         ):
             if not (math.isfinite(value) and value > least and value >= 0.0):
-                raise _wrong(f"the {name} of a controller cannot be {value!r}", "give seconds")
+                raise wrong(f"the {name} of a controller cannot be {value!r}", "give seconds")
         if not callable(self.step):
-            raise _wrong(f"a controller cannot call {self.step!r}", "give a function")
+            raise wrong(f"a controller cannot call {self.step!r}", "give a function")
         if isinstance(self.reads, str) or isinstance(self.writes, str):
-            raise _wrong("reads and writes are lists of names", 'write reads=["v(out)"]')
-        reads = tuple(select(circuit, self.reads)) if self.reads else ()
-        writes = []
-        for name in self.writes:
-            device = circuit.device(name.lower())
-            if not isinstance(device, VoltageSource | CurrentSource):
-                hint = "give it a V or I source to set, with its first value: Vduty duty 0 0.5"
-                raise _wrong(f"a controller cannot set {name}: it is no independent source", hint)
-            writes.append(device.name)
-        if len(set(writes)) < len(writes):
-            raise _wrong(f"a controller sets a source twice: {', '.join(writes)}", "name it once")
-        return Controller(self.period, reads, tuple(writes), self.step, self.delay, self.offset)
+            raise wrong("reads and writes are lists of names", 'write reads=["v(out)"]')
+        reads = [part for read in self.reads for part in _checked_read(circuit, read)]
+        writes = [_checked_write(circuit, write) for write in self.writes]
+        names = sources_of(writes)
+        if len(set(names)) < len(names):
+            raise wrong(f"a controller sets a source twice: {', '.join(names)}", "name it once")
+        return replace(self, reads=tuple(reads), writes=tuple(writes))
+
+    @property
+    def sources(self) -> list[str]:
+        """The sources that are set, those of counters included."""
+        return sources_of(self.writes)
+
+
+def sources_of(writes: Sequence[str | Pwm]) -> list[str]:
+    """Return the names of all sources that are set."""
+    return [n for w in writes for n in ((w,) if isinstance(w, str) else w.outputs)]
 
 
 def checked_controllers(
@@ -110,11 +117,33 @@ def checked_controllers(
     found = tuple(controller.checked(circuit) for controller in controllers)
     owners: dict[str, int] = {}
     for k, controller in enumerate(found):
-        for name in controller.writes:
+        for name in controller.sources:
             if owners.setdefault(name, k) != k:
-                raise _wrong(f"two controllers set {name}", "let one of them set it")
+                raise wrong(f"two controllers set {name}", "let one of them set it")
     return found
 
 
-def _wrong(message: str, hint: str) -> UsageError:
-    return UsageError(Diagnostic("NS4005", message, hint=hint))
+def _checked_read(circuit: Circuit, read: str | Adc) -> list[str | Adc]:
+    if not isinstance(read, Adc):
+        return list(select(circuit, [read]))
+    read.check()
+    (name,) = select(circuit, [read.signal])
+    return [replace(read, signal=name)]
+
+
+def _checked_write(circuit: Circuit, write: str | Pwm) -> str | Pwm:
+    if not isinstance(write, Pwm):
+        return _source(circuit, write)
+    write.check()
+    other = write.complement
+    if other is not None:
+        other = _source(circuit, other)
+    return replace(write, output=_source(circuit, write.output), complement=other)
+
+
+def _source(circuit: Circuit, name: str) -> str:
+    device = circuit.device(name.lower())
+    if not isinstance(device, VoltageSource | CurrentSource):
+        hint = "give it a V or I source to set, with its first value: Vduty duty 0 0.5"
+        raise wrong(f"a controller cannot set {name}: it is no independent source", hint)
+    return name.lower()

@@ -104,6 +104,11 @@ class Recorder:
             found.append(islands.pop() if len(islands) == 1 else -1)
         return np.array(found, dtype=np.int64)
 
+    def terms(self, name: str) -> list[tuple[int, float]] | None:
+        """Return a signal as a sum of recorded columns with factors, None for a power."""
+        place = self._order[self.names.index(name)]
+        return None if place < 0 else self._sums[place]
+
     def signals(self, block: Floats) -> Floats:
         """Return the signals, shape (k, len(names)), of recorded columns (k, recorded)."""
         if self.direct:

@@ -17,7 +17,8 @@ from ..request.recorder import Recorder, select
 from ..request.settings import Settings
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
-from .controlled import HeldSources, read, to_the_wait
+from .controlled import Sampler, to_the_wait
+from .held import HeldSources
 from .island_runner import IslandRunner, Stopped
 
 
@@ -69,7 +70,7 @@ class Simulation:
         self.time = 0.0
         # what the run begins with is asked of a run that goes nowhere
         self._sources.hold(analysis.stop)
-        self._values = read(self._started(), self._recorder, begin=True)
+        self._values = self._read(self._started(), begin=True)
         self._first = dict(self._values)
         self._runners: list[IslandRunner] = []
         self._moves: list[tuple[float, tuple[float, ...]]] = []
@@ -93,6 +94,12 @@ class Simulation:
         for runner in runners:
             runner.start()
         return runners
+
+    def _read(self, runners: Sequence[IslandRunner], begin: bool = False) -> dict[str, float]:
+        """Return all signals where the run begins, or waits."""
+        names = self._recorder.names
+        sampler = Sampler(runners, self._recorder, names)
+        return dict(zip(names, sampler(begin), strict=True))
 
     def __repr__(self) -> str:
         return f"<Simulation of {self._circuit.deck.title!r} at {self.time:.6g} s>"
@@ -184,7 +191,7 @@ class Simulation:
                     raise runner.failure(stopped.problem) from stopped.problem
         self.time = to
         self._moves.append((to, tuple(self._sources.values.values())))
-        self._values = read(self._runners, self._recorder)
+        self._values = self._read(self._runners)
 
     def state(self) -> SimulationState:
         """Return where the simulation is, so that it can come back: :meth:`restore`."""
@@ -287,7 +294,7 @@ def start(
     """
     need_circuit(circuit)
     # the checks of a controller's names are those of inputs
-    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).writes
+    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).sources
     settings = Settings.of(circuit.deck, method, None, step, reltol, None)
     analysis = Tran(stop, stop, 0.0, None, uic)
     return Simulation(circuit, names, select(circuit, signals), analysis, settings)

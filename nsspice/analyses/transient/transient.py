@@ -38,10 +38,11 @@ from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
-from .controlled import Schedule, advance_controlled, started
+from .controlled import advance_controlled, started
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
 from .row_checks import copies_of, limits, unwatched, violations
+from .schedule import Schedule
 
 
 def tran(
