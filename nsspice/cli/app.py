@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
@@ -112,7 +113,21 @@ class _Lazy(click.Group):
             ctx.exit(2)
 
 
+def _include(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    if value:
+        click.echo(Path(__file__).resolve().parents[1] / "include")
+        ctx.exit()
+
+
 @click.group(cls=_Lazy, context_settings={"help_option_names": ["-h", "--help"]})
+@click.option(
+    "--include",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_include,
+    help="Print the folder of nsspice/controller.h, and exit.",
+)
 @click.version_option(__version__, message="nsspice %(version)s")
 def app() -> None:
     """Simulate circuits with ideal diodes, switches and other set-valued elements.

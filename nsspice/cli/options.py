@@ -50,6 +50,12 @@ def _confine(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     ctx.meta[CONFINED] = value
 
 
+def is_confined() -> bool:
+    """Return whether the present command has ``--confined``."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(CONFINED))
+
+
 def confined_option(command: F) -> F:
     """Add ``--confined``, which :func:`nsspice.cli.source.circuit_of` obeys."""
     return click.option(

@@ -15,6 +15,7 @@ from ..errors import Diagnostic, NsspiceError, NumericalError, OutputError, Usag
 from .options import (
     NUMBER,
     confined_option,
+    is_confined,
     json_option,
     junctions_option,
     read_params,
@@ -109,6 +110,13 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
 @click.option(
     "--refine", is_flag=True, help="Estimate the error of fixed steps by halving them twice."
 )
+@click.option(
+    "--controller",
+    "controllers",
+    multiple=True,
+    metavar="TEXT",
+    help='Digital controller in C: "law.so period=10u reads=v(out) writes=vduty".',
+)
 @click.option("--watch", is_flag=True, help="Run again whenever the deck is saved.")
 @solver_options
 @json_option
@@ -138,6 +146,7 @@ def command(
     refine: bool,
     power: bool,
     loads: Sequence[str],
+    controllers: Sequence[str],
     watch: bool,
     params: Sequence[str],
     as_json: bool,
@@ -155,7 +164,9 @@ def command(
     netlist, report = _sort_out(netlist, report, _PAGES)
     if netlist is None:
         raise click.UsageError("name a netlist: nsspice run FILE")
+    from ..analyses.request.controller import checked_controllers
     from ..analyses.request.request import Request
+    from .controllers import read_controllers
 
     request = Request(
         method,
@@ -175,7 +186,9 @@ def command(
     def once() -> _Run:
         circuit = circuit_of(netlist, read_params(params))
         target = output if archive is None else _table_in(archive, netlist, output)
-        run = _Run(netlist, circuit, request, target, plot, as_json, quiet, force)
+        told = checked_controllers(circuit, read_controllers(controllers, is_confined()))
+        asked = replace(request, controllers=told)
+        run = _Run(netlist, circuit, asked, target, plot, as_json, quiet, force)
         run.archive = archive
         run.report_to(report)
         run.verbose = verbose

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import CONFINED, JUNCTIONS, SEED
+from .options import JUNCTIONS, SEED, is_confined
 
 if TYPE_CHECKING:
     from ..circuit import Circuit
@@ -29,11 +29,12 @@ def circuit_of(netlist: str, params: Mapping[str, float] | None = None) -> Circu
     from ..circuit import build
 
     context = click.get_current_context(silent=True)
-    confined = context is not None and bool(context.meta.get(CONFINED))
     seed = 0 if context is None else int(context.meta.get(SEED) or 0)
     junctions = None if context is None else context.meta.get(JUNCTIONS)
     source: str | Path = Path(netlist)
     if netlist == STDIN:
         source = sys.stdin.read() + "\n"
-    deck = read_deck(source, params, "<stdin>", confined=confined, seed=seed, junctions=junctions)
+    deck = read_deck(
+        source, params, "<stdin>", confined=is_confined(), seed=seed, junctions=junctions
+    )
     return build(deck)

@@ -310,6 +310,38 @@ class SensCard(NamedTuple):
     names: tuple[str, ...] = ()
 
 
+class Sampled(NamedTuple):
+    """A transfer function of z, ``E1 a b ZTRANS {input} = {H(z)} period=``.
+
+    Parameters
+    ----------
+    source : str
+        The independent source that is its output.
+    signal : str
+        Its input.
+    numerator, denominator : tuple of float
+        From the highest power of z; the first coefficient of the denominator is 1.
+    period, delay, offset : float
+        Of its clock, from the sample to the output, and of the first sample [s].
+    start : float
+        Output before the first sample [V or A].
+    low, high : float
+        Limits of the output [V or A].
+    """
+
+    source: str
+    signal: str
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+    period: float
+    delay: float
+    offset: float
+    start: float
+    low: float
+    high: float
+    span: Span
+
+
 class HeatSinkCard(NamedTuple):
     """``.heatsink Foster=table(r=... tau=...) element ...``: a way of heat that elements share.
 
@@ -388,6 +420,7 @@ class Deck:
     fours : list of FourCard
     sensitivities : list of SensCard
     heat_sinks : list of HeatSinkCard
+    sampled : list of Sampled
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
     runs : list of Run
@@ -421,6 +454,7 @@ class Deck:
     fours: list[FourCard] = field(default_factory=list)
     sensitivities: list[SensCard] = field(default_factory=list)
     heat_sinks: list[HeatSinkCard] = field(default_factory=list)
+    sampled: list[Sampled] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
     temperature: float = 27.0

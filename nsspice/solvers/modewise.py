@@ -263,6 +263,11 @@ class ModewiseStepper(Stepper):
             raise self._diagnose(failure)
 
     @property
+    def gates(self) -> list[bool]:
+        """Present states of the switches."""
+        return self._core.gates()
+
+    @property
     def beginning(self) -> tuple[Floats, Floats]:
         """Unknowns (n,) and multipliers (m,) at the begin of the present interval."""
         return self._core.beginning()
@@ -339,7 +344,7 @@ class ModewiseStepper(Stepper):
 
     def take_references(self) -> Floats:
         """Return one of 16 rows inside segments once more, from the unknowns, (k, columns)."""
-        return self._core.take_references().reshape(-1, self._columns)
+        return self._core.take_references().reshape(-1, self.columns)
 
     def take_records(self) -> _core.Records:
         """Return the implicit steps taken since the last call, where no mode could be proved."""

@@ -148,7 +148,8 @@ class Stepper(ABC):
     def __init__(self, system: DescriptorSystem, core: Any, columns: int) -> None:
         self.system = system
         self._core = core
-        self._columns = columns
+        #: numbers in a row, the time included
+        self.columns = columns
         self._buffer = np.empty((0, columns))
         #: what ``to_the_wait`` has met instead of a wait
         self._row = np.empty((1, columns))
@@ -251,7 +252,7 @@ class Stepper(ABC):
         else:
             if self._buffer.shape[0] < max_rows:
                 # kept: the first touch of fresh memory costs more than computing what goes there
-                self._buffer = np.empty((max_rows, self._columns))
+                self._buffer = np.empty((max_rows, self.columns))
             rows = self._buffer[:max_rows]
         self.pending = rows[:0]
         filled = 0
@@ -321,7 +322,7 @@ class Stepper(ABC):
 
     def take_sides(self) -> Floats:
         """Return the rows around jumps since the last call: before, after, before, after ..."""
-        return self._core.take_sides().reshape(-1, self._columns)  # type: ignore[no-any-return]
+        return self._core.take_sides().reshape(-1, self.columns)  # type: ignore[no-any-return]
 
     def take_pieces(self) -> Floats:
         """Return the pieces recorded since the last call, one in a row.
@@ -369,7 +370,7 @@ class Stepper(ABC):
 
     def take_references(self) -> Floats:
         """Return some rows, computed once more, since the last call, shape (k, columns)."""
-        return np.empty((0, self._columns))
+        return np.empty((0, self.columns))
 
     @property
     def turns(self) -> list[Turned]:

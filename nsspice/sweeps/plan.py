@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .. import __version__
+from ..analyses.request.controller import Controller
 from ..analyses.request.targets import Target
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import Deck, kind_of
@@ -29,6 +30,8 @@ class Options:
         Average powers of all elements, where a ``.tran`` or ``.pss`` is run.
     loads : tuple of str
         Elements whose power is useful.
+    controllers : tuple of Controller
+        With canonical names; each run begins with copies of them.
     """
 
     method: str | None = None
@@ -38,6 +41,7 @@ class Options:
     accuracy: str | None = None
     power: bool = False
     loads: tuple[str, ...] = ()
+    controllers: tuple[Controller, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +84,7 @@ class Plan:
     def key(self) -> str:
         """A hash of everything that decides about the results, the version included."""
         content = {**asdict(self), "root": "", "version": __version__}
-        text = json.dumps(content, sort_keys=True, default=str)
+        text = json.dumps(content, sort_keys=True, default=_named)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def read(self, folder: Path, params: Mapping[str, float]) -> Deck:
@@ -126,6 +130,12 @@ class Plan:
             tuple(cards),
             options,
         )
+
+
+def _named(value: object) -> str:
+    """Return what stands for a value: of a function and an object without text its name."""
+    plain = type(value).__repr__ is object.__repr__ or callable(value)
+    return getattr(value, "__qualname__", type(value).__qualname__) if plain else str(value)
 
 
 def measure_cards(deck: Deck, measures: Mapping[str, str]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..analyses.request.controller import Controller, checked_controllers
 from ..analyses.request.load import read
 from ..analyses.request.notebook_progress import Progress, shown_in_notebook
 from ..analyses.request.targets import nominal, target_of
@@ -46,6 +47,7 @@ def sweep(
     step: float | None = None,
     reltol: float | None = None,
     accuracy: str | None = None,
+    controllers: Sequence[Controller] = (),
     workers: int | None = None,
     executor: Executor | str | Any | None = None,
     journal: str | Path | None = None,
@@ -83,6 +85,9 @@ def sweep(
         Elements whose power is useful: ``efficiency`` and ``losses`` are measured.
     method, theta, step, reltol, accuracy
         As for :func:`nsspice.tran`.
+    controllers : sequence of Controller
+        As for :func:`nsspice.tran`; each run begins with copies of them.  Other processes get them
+        by pickle: a function of a module, or an object of a class.
     workers : int, optional
         Processes; by default all cores, if the sweep is long enough to benefit.
     executor : Executor, Client or str, optional
@@ -139,6 +144,7 @@ def sweep(
         accuracy,
         power or bool(loads),
         tuple(name.lower() for name in loads),
+        checked_controllers(circuit, controllers),
     )
     if workers is not None and workers < 1:
         message = f"{workers} workers cannot run anything"

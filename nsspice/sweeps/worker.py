@@ -187,6 +187,7 @@ def _measured(ready: _Ready, row: Floats, neighbour: Neighbour) -> dict[str, flo
         power=o.power,
         loads=o.loads,
         neighbour=neighbour,
+        controllers=o.controllers,
     )
     found: dict[str, float] = {}
     for job in jobs:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 from ...circuit import Circuit
 from ...devices import CurrentSource, VoltageSource
@@ -12,7 +13,7 @@ from .converters import Adc, Pwm, wrong
 from .recorder import select
 
 #: called with the time [s] and the values read; returns the value or values to set
-Step = Callable[[float, tuple[float, ...]], "float | Sequence[float] | None"]
+Step = Callable[[float, tuple[float, ...]], "float | Sequence[float | None] | None"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +65,36 @@ class Controller:
     step: Step = field(compare=False)
     delay: float = 0.0
     offset: float = 0.0
+
+    @classmethod
+    def from_library(
+        cls,
+        path: str | Path,
+        period: float,
+        reads: Sequence[str | Adc],
+        writes: Sequence[str | Pwm],
+        delay: float = 0.0,
+        offset: float = 0.0,
+    ) -> Controller:
+        """Return a controller whose function is in a shared library, written in C.
+
+        Parameters
+        ----------
+        path : str or Path
+            A library with ``void step(const double *in, double *out, void *state)``, see
+            the header ``nsspice/controller.h`` in the folder that ``nsspice --include`` prints.
+        period, reads, writes, delay, offset
+            Those of the controller.
+
+        Raises
+        ------
+        UsageError
+            NS4005 for a library that cannot be loaded, or has no such function.
+        """
+        from .c_library import CStep
+
+        law = CStep(path, len(reads), len(writes))
+        return cls(period, reads, writes, law, delay, offset)
 
     def checked(self, circuit: Circuit) -> Controller:
         """Return the controller with canonical names.

@@ -1,4 +1,4 @@
-"""What stands between a digital controller and a circuit: converters and counters."""
+"""Between a digital controller and a circuit: converters and counters."""
 
 from __future__ import annotations
 

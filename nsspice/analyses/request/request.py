@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
 from ...netlist.deck import Deck
+from .controller import Controller, checked_controllers
 from .notebook_progress import Progress
 from .recorder import select
 from .row_sinks import Sink
@@ -54,8 +55,8 @@ class Request:
         [degrees Celsius], the deck's by default.
     values : mapping of str to float
         Values by element name that replace those of the deck, checked.
-    progress, sink
-        As for :func:`nsspice.tran`.
+    progress, sink, controllers
+        As for :func:`nsspice.tran`; the names of controllers are canonical.
     """
 
     method: str | None = None
@@ -77,10 +78,19 @@ class Request:
     values: Mapping[str, float] = field(default_factory=dict)
     progress: Progress | None = None
     sink: Sink | None = None
+    controllers: tuple[Controller, ...] = ()
 
     def settings(self, deck: Deck) -> Settings:
         """Return how to solve, with the deck's options where nothing is said."""
         return Settings.of(deck, self.method, self.theta, self.step, self.reltol, self.accuracy)
+
+    def all_controllers(self, circuit: Circuit) -> tuple[Controller, ...]:
+        """Return the controllers of the caller and those that the deck has."""
+        from .sampled import controllers_of
+
+        if not (self.controllers or circuit.deck.sampled):
+            return ()
+        return checked_controllers(circuit, [*self.controllers, *controllers_of(circuit.deck)])
 
     def names(self, circuit: Circuit) -> tuple[list[str], list[str]]:
         """Return the signals to show, and all that are recorded, these first."""

@@ -31,6 +31,7 @@ from ..request.arguments import frequencies_of, name_of
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.row_sinks import hand_over
+from ..request.sampled import refuse_sampled
 from ..request.values import checked_values
 from ..results.loop_report import Crossing, LoopReport
 from ..results.periodic import Periodic
@@ -116,6 +117,7 @@ def loop(
 
 def run_loop(circuit: Circuit, analysis: Loop, request: Request) -> Solution:
     """Run one analysis of a loop gain; see :func:`loop`."""
+    refuse_sampled(circuit.deck, ".loop")
     begin = clock.perf_counter()
     if analysis.source not in circuit.element_island:
         raise UsageError(

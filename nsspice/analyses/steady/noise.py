@@ -15,6 +15,7 @@ from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import Element, NoiseCard, PssCard
 from ..request.request import Request
 from ..request.row_sinks import hand_over
+from ..request.sampled import refuse_sampled
 from ..request.values import checked_values
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
@@ -104,6 +105,7 @@ def noise(
 
 def run_noise(circuit: Circuit, analysis: Noise, request: Request) -> Solution:
     """Run one analysis of noise; see :func:`noise`."""
+    refuse_sampled(circuit.deck, ".noise")
     begin = clock.perf_counter()
     _check(circuit, analysis)
     s: Complexes = (2j * np.pi * analysis.frequencies).astype(np.complex128)

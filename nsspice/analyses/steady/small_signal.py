@@ -15,6 +15,7 @@ from ..request.arguments import frequencies_of, instant_of
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.row_sinks import hand_over
+from ..request.sampled import refuse_sampled
 from ..request.values import checked_values
 from ..signals.curve import Floats
 from ..solution.solution import Solution
@@ -124,6 +125,7 @@ def run_ac(
     circuit: Circuit, analysis: Ac, request: Request, period: float | None = None
 ) -> Solution:
     """Run one analysis of small signals; see :func:`ac`."""
+    refuse_sampled(circuit.deck, ".ac")
     begin = clock.perf_counter()
     weights = ac_values(circuit)
     columns, names = request.names(circuit)

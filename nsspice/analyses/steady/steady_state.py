@@ -28,12 +28,14 @@ from ...solvers.stepper import UnsolvedStep
 from ..certificate.failure import named_failure
 from ..request.arguments import finite, instant_of
 from ..request.cards import Tran
+from ..request.controller import Controller, checked_controllers
 from ..request.load import need_circuit
 from ..request.measured_signals import Watched
 from ..request.period import common, is_multiple
 from ..request.periodic_sources import common_period, continued, period_of
 from ..request.request import Neighbour, Request
 from ..request.restart_state import Beginning, with_waveforms
+from ..request.sampled import refuse_sampled
 from ..request.settings import Settings
 from ..request.values import checked_values
 from ..results.periodic import Periodic
@@ -125,6 +127,7 @@ def pss(
     temperature: float | None = None,
     values: Mapping[str, float] | None = None,
     all_points: bool = False,
+    controllers: Sequence[Controller] = (),
     on_failure: str = "raise",
 ) -> Solution:
     """Find the periodic steady state and return one period of it.
@@ -144,8 +147,9 @@ def pss(
         Time to run from the initial values before Newton's method starts [s].
     row_step : float, optional
         Row spacing [s]; a thousandth of the period by default.
-    signals, extra, temperature, values, all_points, on_failure
-        As for :func:`nsspice.tran`.
+    signals, extra, temperature, values, all_points, controllers, on_failure
+        As for :func:`nsspice.tran`.  What a controller remembers is part of the steady state: its
+        function shows it as ``state``, a list of numbers.
 
     Returns
     -------
@@ -194,6 +198,7 @@ def pss(
         all_points=all_points,
         temperature=temperature,
         values=checked_values(circuit, values),
+        controllers=checked_controllers(circuit, controllers),
     )
     solution = run_pss(circuit, analysis, request)
     judge([solution], on_failure)
@@ -202,6 +207,9 @@ def pss(
 
 def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
     """Run one analysis of the periodic steady state; see :func:`pss`."""
+    controllers = request.all_controllers(circuit)
+    if controllers:
+        return _controlled(circuit, analysis, request, controllers)
     begin = clock.perf_counter()
     period, orbits = find_orbits(circuit, analysis, request)
     # orbits are found by methods of their own, and shown by them
@@ -240,10 +248,41 @@ def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
     return solution
 
 
+def _controlled(
+    circuit: Circuit, analysis: Pss, request: Request, controllers: tuple[Controller, ...]
+) -> Solution:
+    """Run one analysis of the periodic steady state with controllers."""
+    from .controlled_orbit import common_of, find_controlled_orbit
+
+    begin = clock.perf_counter()
+    if analysis.trigger is not None:
+        message = "controllers are called at instants of their own: no trigger begins a period"
+        raise UsageError(Diagnostic("NS4005", message, analysis.span, "remove the trigger"))
+    period = common_of(circuit, controllers, analysis.period, request)
+    if period is None:
+        raise no_period(analysis.span, True)
+    settings = replace(Settings.of(circuit.deck, "auto"), theta=1.0, step=None, stepped=False)
+    orbit = find_controlled_orbit(circuit, controllers, period, settings, request, analysis.settle)
+    solution = run_tran(
+        circuit,
+        Tran(period, analysis.row_step),
+        orbit.settings,
+        replace(request, keep=True, progress=None),
+        beginnings=orbit.begin.islands,
+        periodic_sources=True,
+        controllers=orbit.controllers,
+        memory=orbit.begin.memory,
+    )
+    solution.analysis, solution.periodic = "pss", orbit.periodic
+    solution.wall_time = clock.perf_counter() - begin
+    return solution
+
+
 def find_orbits(
     circuit: Circuit, analysis: Pss, request: Request
 ) -> tuple[float, list[Orbit | None]]:
     """Return the period [s] and the orbit of each island, None for those that store nothing."""
+    refuse_sampled(circuit.deck, "a steady state of sources alone")
     guess, neighbour = analysis.period or 0.0, request.neighbour
     islands = [assembled(island, analysis, guess, request) for island in circuit.islands]
     orbits: dict[int, Orbit] = {}

@@ -15,6 +15,7 @@ from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import TfCard
 from ..request.request import Request
 from ..request.row_sinks import hand_over
+from ..request.sampled import refuse_sampled
 from ..results.sensitivity import Sensitivity
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -58,6 +59,7 @@ def run_tf(circuit: Circuit, analysis: Tf, request: Request) -> Solution:
     Solution
         One row: ``transfer_function``, ``input_resistance`` and ``output_resistance`` [Ohm].
     """
+    refuse_sampled(circuit.deck, ".tf")
     begin = clock.perf_counter()
     output, name = canonical(analysis.output), analysis.source
     source = next((d for d in circuit.devices if d.name == name), None)

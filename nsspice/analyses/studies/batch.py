@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import math
 import re
@@ -26,11 +27,13 @@ from ...netlist.deck import (
     kind_of,
 )
 from ..request.cards import Dc, Tran
+from ..request.controller import Controller, checked_controllers
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
 from ..request.notebook_progress import Progress, shown_in_notebook
 from ..request.request import Request
 from ..request.row_sinks import Sink
+from ..request.sampled import refuse_controllers
 from ..request.settings import foreign_method
 from ..solution.recording import named
 from ..solution.refusal import check_on_failure, judge
@@ -152,6 +155,7 @@ def run(
     everything: bool = False,
     tol: float | None = None,
     refine: bool = False,
+    controllers: Sequence[Controller] = (),
     on_failure: str = "raise",
     progress: Progress | None = None,
 ) -> list[Solution]:
@@ -170,6 +174,8 @@ def run(
         are chosen to meet it, and ``error`` of the solution says what was reached.
     refine : bool
         Estimate the error of fixed steps by halving them twice; see ``error`` of the solution.
+    controllers : sequence of Controller
+        As for :func:`nsspice.tran`; each run begins with copies of them.
     on_failure : str
         As for :func:`nsspice.tran`; it applies after all analyses have been run.
     progress : callable, optional
@@ -221,6 +227,7 @@ def run(
         reltol=reltol,
         everything=everything,
         accuracy=accuracy,
+        controllers=checked_controllers(circuit, controllers),
     )
     jobs = jobs_of(circuit.deck)
     execute: Callable[..., Solution] = run_job
@@ -324,6 +331,8 @@ def _run_job(
     warnings = [w for w in (foreign_method(deck),) if w is not None]
     circuit, job, request = of_job(circuit, job, request)
     parameters = {s.name: v for s, v in job.steps if s.kind == "param" and not job.alterations}
+    if request.controllers and job.kind not in ("tran", "pss", "op"):
+        refuse_controllers(request)
     measures = [
         m
         for m in circuit.deck.measures
@@ -334,6 +343,7 @@ def _run_job(
         extra=[*request.extra, *measured_signals(measures)],
         progress=progress,
         sink=sink,
+        controllers=copy.deepcopy(request.controllers),
     )
     try:
         solution = _RUN[job.kind](circuit, job.card, request)
@@ -358,6 +368,7 @@ def _run_job(
         if any(not sens.signals for sens in circuit.deck.sensitivities):
             from .measured_slopes import add_slopes
 
+            refuse_controllers(request)
             add_slopes(circuit, solution, job, request)
     if job.values and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
@@ -385,7 +396,9 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     if request.stop is not None:
         analysis = replace(analysis, stop=request.stop)
     beginnings = None
+    controlled = bool(request.controllers or deck.sampled)
     if card.orbit:
+        refuse_controllers(request)
         _, orbits = find_orbits(circuit, _pss_of(circuit, card), request)
         beginnings = [None if o is None else o.beginning for o in orbits]
     wanted = replace(
@@ -395,7 +408,7 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     )
     watched = Watched.of(circuit, analysis, named(request.follow))
     solution = run_tran(circuit, analysis, settings, wanted, watched=watched, beginnings=beginnings)
-    if request.power or _needs_integrals(deck):
+    if (request.power or _needs_integrals(deck)) and not controlled:
         from ..transient.integrable_run import integrals_of
 
         blocks = Blocks(circuit)

@@ -120,6 +120,8 @@ def evaluated(
             raise undone(f"measures of .{known[name]} are not differentiated", name)
     if deck.steps:
         raise undone("a deck with .step cards is not differentiated", ".step")
+    if deck.sampled:
+        raise undone("a deck with functions of z is not differentiated", deck.sampled[0].source)
     by = [Parameter.of(circuit, name) for name in parameters]
     by = [replace(p, value=values.get(p.target.name, p.value)) for p in by]
     decks = Decks(circuit)

@@ -16,7 +16,8 @@ from ..request.recorder import Recorder
 from ..request.row_sinks import Sink, Store
 from ..signals.curve import Floats
 from .handover_to_steps import Race
-from .island_runner import IslandRunner, Stopped
+from .island_runner import IslandRunner
+from .outcomes import Stopped
 
 #: most numbers in one block: it should stay in the cache, and reach the file before Ctrl-C has to
 #: wait.  Blocks that depended on the clock would leave other last digits in each run: rows of an

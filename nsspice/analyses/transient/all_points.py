@@ -14,7 +14,8 @@ from ..request.recorder import Recorder
 from ..signals.curve import Floats
 from ..solution.solution import FinePoints
 from .advance import Outlet
-from .island_runner import IslandRunner, Stopped
+from .island_runner import IslandRunner
+from .outcomes import Stopped
 from .union_of_instants import Merger, align
 
 _ROWS = 4096  # of one island at once

@@ -19,7 +19,9 @@ from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder
 from ..signals.curve import Floats
 from .advance import Outlet
-from .island_runner import IslandRunner, Stopped
+from .island_runner import IslandRunner
+from .memory import Memory
+from .outcomes import Stopped
 from .schedule import Schedule
 
 #: rows of one island that are computed in one call
@@ -36,8 +38,10 @@ def started(
     A controller that is called at t = 0 reads what the run begins with; a new run then begins,
     with what it has set as an edge of its sources at t = 0.
     """
-    sources = schedule.sources
-    if schedule.starts_with_a_sample:
+    sources, memory = schedule.sources, schedule.memory
+    if memory is not None:  # what has been read at the end of the period before
+        schedule.call(0.0, lambda: memory.reads)
+    elif schedule.starts_with_a_sample:
         before = dict(sources.values)
         sources.hold(schedule.stop)
         sampler = Sampler(_begun(prepare), recorder, schedule.reads)
@@ -103,6 +107,30 @@ def advance_controlled(
         interrupts.check()
 
 
+def advance_a_period(
+    runners: Sequence[IslandRunner], schedule: Schedule, recorder: Recorder, period: float
+) -> Memory:
+    """Advance all islands by a period [s]; return what is remembered there.
+
+    Raises
+    ------
+    Stopped
+        Where a step has no solution.
+    """
+    sampler = Sampler(runners, recorder, schedule.reads)
+    while True:
+        for runner in runners:
+            while not runner.stepper.to_the_wait():
+                runner.advance(_ROWS)
+                if runner.stepper.waits:
+                    break
+        time = schedule.sources.known
+        if time >= period:
+            return schedule.memory_at(time, sampler())
+        schedule.call(time, sampler)
+        schedule.go_on()
+
+
 class _Rows:
     """Rows of one island that wait for those of the others."""
 
@@ -152,7 +180,7 @@ class Sampler:
         self, runners: Sequence[IslandRunner], recorder: Recorder, names: Sequence[str]
     ) -> None:
         self._steppers = [runner.stepper for runner in runners]
-        homes = [k for k, runner in enumerate(runners) for _ in range(runner.width)]
+        homes = [k for k, local in enumerate(recorder.local) for _ in local]
         found = [recorder.terms(name) for name in names]
         self._recorder, self._names = recorder, names
         #: the sums of recorded columns, None if there are powers among the signals
@@ -161,10 +189,11 @@ class Sampler:
         #: the islands that are asked
         self._homes = sorted({homes[k] for k in used})
         # the rows of these islands one after the other, each with the time first
-        starts = list(accumulate((runner.width for runner in runners), initial=0))
+        starts = list(accumulate(map(len, recorder.local), initial=0))
         shown: list[int] = []
         for home in self._homes:
             shown += [-1, *range(starts[home], starts[home + 1])]
+            shown += [-1] * (self._steppers[home].columns - 1 - len(recorder.local[home]))
         self._shown, self._place = shown, {k: j for j, k in enumerate(shown)}
         #: the places of signals that are a column each
         self._columns: list[int] | None = None

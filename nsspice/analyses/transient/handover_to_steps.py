@@ -17,7 +17,8 @@ import numpy as np
 from ...errors import NsspiceError
 from ...solvers.modewise import ModewiseStepper
 from ..signals.curve import Floats
-from .island_runner import IslandRunner, Stopped
+from .island_runner import IslandRunner
+from .outcomes import Stopped
 
 #: Part of the work of the exact engine that steps get.  Closed forms are known to rounding, so that
 #: steps have to be cheaper by far; and a race that is lost takes no more than this part of a run.

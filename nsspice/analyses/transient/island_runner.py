@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from ...circuit import Circuit, Island, MnaSystem
 from ...circuit.blocks import Link
-from ...errors import Diagnostic, NumericalError, UsageError
-from ...problems.descriptor import Functional, Waveform
+from ...errors import Diagnostic, NumericalError
+from ...problems.descriptor import Functional
 from ...solvers.implicit import ImplicitStepper
 from ...solvers.modewise import ModewiseStepper, NotModewise
 from ...solvers.moreau import MoreauStepper
@@ -41,6 +40,7 @@ from ..signals.signal_function import Pieces, turning_points
 from ..solution.solution import IslandRun
 from ..static.initial import initial_voltages, start
 from .blocks import begin, driven_by
+from .outcomes import HighIndex, Stopped, jumps, refused
 from .unused_initial_values import unkept
 
 _BEYOND = 1.1  # times the instant at which a path was lost: how far the points behind it are tried
@@ -79,6 +79,7 @@ class IslandRunner:
         periodic_sources: bool = False,
         links: Sequence[Link] = (),
         clock: Polynomial | None = None,
+        whole: bool = False,
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self._conditions = temperature, values
@@ -87,7 +88,8 @@ class IslandRunner:
             temperature, values or {}, tstep=analysis.row_distance, tstop=analysis.stop
         )
         if periodic_sources:
-            sources = [continued(w) for w in self.mna.system.waveforms]
+            waveforms = self.mna.system.waveforms
+            sources = [w if w.handed is not None else continued(w) for w in waveforms]
             self.mna = with_waveforms(self.mna, sources)
         self._clock = clock
         if clock is not None:
@@ -125,6 +127,10 @@ class IslandRunner:
         self.all_points = all_points
         self.method, self.note = POINTS, ""
         functionals = [self.mna.functional(name) for name in names]
+        if whole:  # all unknowns and functions behind the signals, for `stored`
+            functionals += [Functional(z=((j, 1.0),)) for j in range(system.n)]
+            count = 0 if system.smooth is None else system.smooth.tape.outputs.size
+            functionals += [Functional(f=((k, 1.0),)) for k in range(count)]
         #: points between the output points
         self.between = Between(names, functionals, analysis.row_distance) if aliases else None
         self.stepper: ImplicitStepper | ModewiseStepper = self._stepper(functionals)
@@ -157,7 +163,7 @@ class IslandRunner:
                 return ModewiseStepper(system, functionals)
             except NotModewise as reason:
                 if settings.method == "modewise":
-                    raise _refused(self.number, reason) from reason
+                    raise refused(self.number, reason) from reason
                 other = Choice(POINTS, f"not modewise: {reason}")
                 self.method, self.note = other if static else unless_modewise(reason, settings)
         if static and self.method != "sdirk" and not self.all_points and self._clock is None:
@@ -293,6 +299,16 @@ class IslandRunner:
         first, self._planned = self._planned, self._planned + _POINTS
         assert isinstance(self.stepper, MoreauStepper)
         self.stepper.plan_points(self.analysis.rows(first, self._planned))
+
+    def stored(self) -> Beginning:
+        """Return where the island is as the beginning of another run; it must be ``whole``."""
+        system, row = self.mna.system, self.stepper.at_wait()
+        assert row is not None
+        z, f = np.split(np.array(row[1 + len(self._names) :]), [system.n])
+        charges = system.E.dot(z)
+        if system.smooth is not None:
+            charges = charges + system.smooth.Q.dot(f)
+        return Beginning(charges, list(self.stepper.gates), 0.5 * float(z @ charges))
 
     def jumps(self) -> tuple[list[JumpReport], int]:
         """Return the jumps so far, with the impulses of elements, and how many are not reported."""
@@ -558,42 +574,3 @@ class IslandRunner:
             self.judge.later() if self.judge is not None else None,
             sentence(self.circuit, self.island, self.mna, self.method, self.note, self.analysis),
         )
-
-
-def _refused(number: int, reason: NotModewise) -> UsageError:
-    return UsageError(
-        Diagnostic(
-            "NS4020",
-            f"method=modewise cannot handle island {number + 1}: {reason}",
-            hint="method=auto chooses a method that can",
-        )
-    )
-
-
-def jumps(waveform: Waveform) -> bool:
-    """Return whether a source may jump.
-
-    Examples
-    --------
-    >>> jumps(Waveform("pwl", (0.0, 0.0, 1.0, 0.0, 1.0, 5.0)))
-    True
-    """
-    values = waveform.values
-    if waveform.handed is not None:
-        return True
-    if waveform.kind == "pulse":
-        return values[3] == 0.0 or values[4] == 0.0
-    times = values[::2]
-    return waveform.kind == "pwl" and any(a == b for a, b in pairwise(times))
-
-
-class HighIndex(UnsolvedStep):
-    """Steps with error control have met a mode whose index is above 2."""
-
-
-class Stopped(Exception):
-    """A step failed after some rows."""
-
-    def __init__(self, rows: Floats, problem: UnsolvedStep) -> None:
-        super().__init__()
-        self.rows, self.problem = rows, problem

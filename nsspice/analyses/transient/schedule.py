@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from heapq import heappop, heappush, heapreplace
 
@@ -17,6 +17,7 @@ from ..request.converters import Adc, Pwm
 from ..request.request import Request
 from .counter import WRITE, Counter
 from .held import HeldSources
+from .memory import Memory
 
 #: instants nearer than this part of their time are one: multiples of periods differ by rounding
 _SAME = 1e-12
@@ -38,12 +39,22 @@ class Schedule:
         With canonical names.
     stop : float
         End of the run [s].
+    memory : Memory, optional
+        What the controllers remember, and have just read, if the run is the middle of another one.
+    halt : float, optional
+        Where the run waits, before what happens there [s].
     """
 
     def __init__(
-        self, sources: HeldSources, controllers: tuple[Controller, ...], stop: float
+        self,
+        sources: HeldSources,
+        controllers: tuple[Controller, ...],
+        stop: float,
+        memory: Memory | None = None,
+        halt: float = math.inf,
     ) -> None:
         self.sources, self.controllers, self.stop = sources, controllers, stop
+        self._halt, self.memory = halt, memory
         self._events: list[Event] = []
         #: what is to be done at the present instant, and how late that may be
         self._due: list[tuple[int, int, Callable[[float, float], None], float]] = []
@@ -59,19 +70,56 @@ class Schedule:
         )
         self.counters: list[Counter] = []
         self._calls = [_Calls(self, controller) for controller in controllers]
+        if memory is not None:
+            self._remember(memory)
         #: instant, kind, controller, which of its calls, which of its reads
         self._waits: list[tuple[float, int, int, int, int]] = []
         for k, calls in enumerate(self._calls):
             for wait in calls.first_waits(k):
                 heappush(self._waits, wait)
-        for counter in self.counters:
-            counter.begin()
+        if memory is None:
+            for counter in self.counters:
+                counter.begin()
 
     @classmethod
-    def of(cls, circuit: Circuit, controllers: tuple[Controller, ...], stop: float) -> Schedule:
+    def of(
+        cls,
+        circuit: Circuit,
+        controllers: tuple[Controller, ...],
+        stop: float,
+        memory: Memory | None = None,
+        halt: float = math.inf,
+    ) -> Schedule:
         """Return the schedule of controllers whose names are canonical."""
-        sources = HeldSources.of(circuit, (n for c in controllers for n in c.sources))
-        return cls(sources, controllers, stop)
+        if memory is None:
+            sources = HeldSources.of(circuit, (n for c in controllers for n in c.sources))
+        else:
+            sources = HeldSources(dict(memory.sources))
+        return cls(sources, controllers, stop, memory, halt)
+
+    def _remember(self, memory: Memory) -> None:
+        for counter, there, on in zip(self.counters, memory.counters, memory.outputs, strict=True):
+            counter.begin_from(there, on)
+        samples = iter(memory.samples)
+        for calls, state in zip(self._calls, memory.states, strict=True):
+            calls.remember(state, samples)
+        for instant, k, j, value in memory.pending:
+            self.post(instant, WRITE, self._calls[k].writes[j], value)
+
+    def memory_at(self, instant: float, reads: Sequence[float]) -> Memory:
+        """Return what is remembered where the run waits, and read there; times count from there."""
+        places = {id(w): (k, j) for k, c in enumerate(self._calls) for j, w in enumerate(c.writes)}
+        pending = sorted(event for event in self._events if event[1] == WRITE)
+        counters = [counter.state for counter in self.counters]
+        return Memory(
+            tuple(reads),
+            dict(self.sources.values),
+            tuple(calls.state for calls in self._calls),
+            tuple(own for calls in self._calls for own in calls.samples),
+            tuple((event[0] - instant, *places[id(event[3])], event[4]) for event in pending),
+            tuple((written, compare, since - instant) for written, compare, since in counters),
+            tuple(counter.on for counter in self.counters),
+        )
 
     def wanted(self, request: Request) -> Request:
         """Return a request that records also what is read, and simulates all that is set.
@@ -130,7 +178,7 @@ class Schedule:
 
     def go_on(self) -> None:
         """Work out all changes up to the next sample, and hold the sources to it."""
-        upcoming = self._waits[0][0] if self._waits else math.inf
+        upcoming = min(self._waits[0][0] if self._waits else math.inf, self._halt)
         ends = upcoming >= self.stop * (1.0 - _SAME)
         if ends:  # beyond the end nothing has to wait
             upcoming = 2.0 * self.stop + 1.0
@@ -175,7 +223,7 @@ class _Calls:
         self._delays = [0.0 if c is None else c.delay for c in self._converters]
         #: what was sampled and is not used yet, of each read with a delay
         self._samples = {j: deque[float]() for j, delay in enumerate(self._delays) if delay}
-        self._writes = [self._writer(write) for write in controller.writes]
+        self.writes = [self._writer(write) for write in controller.writes]
 
     def _writer(self, write: str | Pwm) -> Callable[[float, float], None]:
         if isinstance(write, str):
@@ -185,9 +233,27 @@ class _Calls:
         self._schedule.counters.append(counter)
         return counter.write
 
+    @property
+    def state(self) -> tuple[float, ...]:
+        """What its function remembers."""
+        return tuple(float(v) for v in getattr(self._step, "state", ()))
+
+    @property
+    def samples(self) -> list[tuple[float, ...]]:
+        """What its converters have sampled."""
+        return [tuple(own) for own in self._samples.values()]
+
+    def remember(self, state: Sequence[float], samples: Iterator[tuple[float, ...]]) -> None:
+        """Go on from a state of the function, with samples that are taken in order."""
+        if state:
+            self._step.state = list(state)  # type: ignore[attr-defined]
+        for own in self._samples.values():
+            own.extend(next(samples))
+
     def first_waits(self, k: int) -> list[tuple[float, int, int, int, int]]:
         """Return when it is called, and its converters sample, for the first time."""
-        samples = [(self.instant(0, j), _SAMPLE, k, 0, j) for j in self._samples]
+        taken = {j: len(own) for j, own in self._samples.items()}
+        samples = [(self.instant(n, j), _SAMPLE, k, n, j) for j, n in taken.items()]
         return [(self.instant(0, -1), _CALL, k, 0, -1), *samples]
 
     def instant(self, n: int, j: int) -> float:
@@ -205,7 +271,7 @@ class _Calls:
             found = self._step(time, tuple([read[place] for place in self._places]))
         else:
             found = self._step(time, self._converted(read))
-        writes, delay = self._writes, self._delay
+        writes, delay = self.writes, self._delay
         if found.__class__ is float and len(writes) == 1 and math.isfinite(found):
             if not delay:
                 writes[0](time, found)

@@ -14,12 +14,14 @@ from ..request.controller import Controller
 from ..request.interrupts import Interrupts
 from ..request.load import need_circuit
 from ..request.recorder import Recorder, select
+from ..request.sampled import refuse_sampled
 from ..request.settings import Settings
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
 from .controlled import Sampler, to_the_wait
 from .held import HeldSources
-from .island_runner import IslandRunner, Stopped
+from .island_runner import IslandRunner
+from .outcomes import Stopped
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,6 +295,7 @@ def start(
     0.232544
     """
     need_circuit(circuit)
+    refuse_sampled(circuit.deck, "a simulation step by step")
     # the checks of a controller's names are those of inputs
     names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).sources
     settings = Settings.of(circuit.deck, method, None, step, reltol, None)

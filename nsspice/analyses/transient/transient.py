@@ -41,6 +41,7 @@ from .blocks import split
 from .controlled import advance_controlled, started
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
+from .memory import Memory
 from .row_checks import copies_of, limits, unwatched, violations
 from .schedule import Schedule
 
@@ -177,10 +178,10 @@ def tran(
         values=checked_values(circuit, values),
         progress=progress,
         sink=sink,
+        controllers=checked_controllers(circuit, controllers),
     )
     settings, watched = request.settings(circuit.deck), Watched.of(circuit, analysis)
-    told = checked_controllers(circuit, controllers)
-    solution = run_tran(circuit, analysis, settings, request, watched=watched, controllers=told)
+    solution = run_tran(circuit, analysis, settings, request, watched=watched)
     judge([solution], on_failure)
     return solution
 
@@ -210,17 +211,20 @@ def run_tran(
     watched: Watched | None = None,
     beginnings: Sequence[Beginning | None] | None = None,
     periodic_sources: bool = False,
-    controllers: tuple[Controller, ...] = (),
+    controllers: tuple[Controller, ...] | None = None,
+    memory: Memory | None = None,
 ) -> Solution:
     """Run one transient analysis; see :func:`tran`.
 
     Signals that are ``watched`` are recorded between the rows.  ``beginnings`` are the states from
     which islands begin, where they are given; sources that repeat are continued into the past if
-    they are ``periodic_sources``.
+    they are ``periodic_sources``.  ``controllers`` are those of an orbit, with their ``memory``.
     """
     begin = clock.perf_counter()
     analysis = analysis.bounded(settings.max_step)
-    schedule = Schedule.of(circuit, controllers, analysis.stop) if controllers else None
+    if controllers is None:
+        controllers = request.all_controllers(circuit)
+    schedule = Schedule.of(circuit, controllers, analysis.stop, memory) if controllers else None
     if schedule is not None:
         request = schedule.wanted(request)
     columns, names = request.names(circuit)

@@ -89,6 +89,9 @@ def translate(
     >>> print(deck.substitutes[0])
     d1: ideal diode -> sidiode(ron=1e-06 roff=1e+12)
     """
+    if circuit.deck.sampled:
+        found = circuit.deck.sampled[0]
+        raise untranslatable(f"{found.source} is a function of z")
     names = [canonical(s) for s in (circuit.default_signals() if signals is None else signals)]
     options = complete(options or Options(), analysis)
     if options.rshunt is None and any(w.code == "NS2051" for w in circuit.warnings):

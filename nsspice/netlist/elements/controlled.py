@@ -34,6 +34,10 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
         from .transfer import transfer
 
         return transfer(reader, line, result, terminals)
+    if word == "ztrans" and result.letter in "eg":
+        from .transfer import sampled_transfer
+
+        return sampled_transfer(reader, line, result, terminals)
     if {"laplace", "freq"} & (keys | {word}):
         message = f"{result.name}: a table of frequencies is not simulated"
         hint = "write its quotient of polynomials: E1 a b LAPLACE {v(in)} = {1/(1 + 1m*s)}"

@@ -89,7 +89,7 @@ class Template:
     """One element line; names are local to the subcircuit, see ``deck.Element``.
 
     ``control_kind`` says whether ``controls`` are nodes or elements; ``transfer`` is a function of
-    s between the value, which is its input, and the output.
+    s, or of z if it is ``sampled``, between the value, which is its input, and the output.
     """
 
     name: str
@@ -102,6 +102,7 @@ class Template:
     value: Value | None = None
     quantity: str = ""
     transfer: Formula | None = None
+    sampled: bool = False
     model: str = ""
     model_span: Span | None = None
     source: SourceTemplate | None = None

@@ -1,14 +1,18 @@
-"""E and G lines with a transfer function of s: PSpice's ``LAPLACE`` and LTspice's ``Laplace=``."""
+"""E and G lines with a transfer function of s or z.
+
+PSpice's ``LAPLACE`` and LTspice's ``Laplace=``; ``ZTRANS`` with a clock.
+"""
 
 from __future__ import annotations
 
 import re
 
+from ...errors import suggest
 from ..expressions.expression_parser import voltage
 from ..findings import Unreadable
 from ..text.lines import Line
-from .reading import Reader
-from .template import Formula, Template, Value
+from .reading import Reader, assignments
+from .template import Formula, ParamText, Template, Value
 from .terminals import GROUND, Terminals
 
 #: E1 a b LAPLACE {v(in)} = {1/(1+s)}
@@ -16,6 +20,13 @@ _PSPICE = re.compile(
     r"\s*\S+[\s,(]+[^\s,()]+[\s,]+[^\s,()]+[\s,)]+laplace\s*=?\s*"
     r"(?:\{([^{}]*)\}|'([^']*)')\s*=?\s*(?:\{(.*)\}|'([^']*)')\s*$"
 )
+#: E1 a b ZTRANS {v(in)} = {1/(z - 0.5)} period=10u
+_SAMPLED = re.compile(
+    r"\s*\S+[\s,(]+[^\s,()]+[\s,]+[^\s,()]+[\s,)]+ztrans\s*=?\s*"
+    r"\{([^{}]*)\}\s*=?\s*\{([^{}]*)\}(.*)$"
+)
+#: what follows it, besides the period
+CLOCK = ("period", "delay", "offset", "ic", "min", "max")
 #: E1 a b in+ in- Laplace=1/(1+s)
 _LTSPICE = re.compile(r".*?\blaplace\s*=\s*(.*?)((?:\s+(?:window|nfft|mtol)\s*=\s*\S+)*)\s*$")
 
@@ -42,6 +53,34 @@ def transfer(reader: Reader, line: Line, result: Template, terminals: Terminals)
             start, end = start + 1, end - 1
     result.value = _formula(drive, line)
     result.transfer = _formula(reader.formula(line, start, end), line, start, end)
+    result.quantity = "v" if result.letter == "e" else "i"
+    result.nodes = tuple(GROUND.get(node, node) for node in terminals.nodes[:2])
+    result.node_spans = terminals.node_spans[:2]
+    return result
+
+
+def sampled_transfer(
+    reader: Reader, line: Line, result: Template, terminals: Terminals
+) -> Template:
+    """Return the element of a line with a transfer function of z."""
+    hint = "write Ename n+ n- ZTRANS {v(in)} = {0.1*z/(z - 1)} period=10u"
+    found = _SAMPLED.fullmatch(line.text)
+    if found is None:
+        message = f"{result.name}: the transfer function of z cannot be read"
+        raise Unreadable("NS1080", message, result.span, hint)
+    result.value = _formula(reader.formula(line, *found.span(1)), line)
+    start, end = found.span(2)
+    result.transfer = _formula(reader.formula(line, start, end), line, start, end)
+    for key, begin, left, right in assignments(line, found.start(3))[1]:
+        where = line.span(begin, right)
+        if key not in CLOCK:
+            near = suggest(key, CLOCK) or hint
+            raise Unreadable("NS1014", f"{result.name}: unknown parameter {key}", where, near)
+        result.params[key] = ParamText(reader.formula(line, left, right), where)
+    if "period" not in result.params:
+        message = f"{result.name}: the period of its clock is missing"
+        raise Unreadable("NS1008", message, result.span, hint)
+    result.sampled = True
     result.quantity = "v" if result.letter == "e" else "i"
     result.nodes = tuple(GROUND.get(node, node) for node in terminals.nodes[:2])
     result.node_spans = terminals.node_spans[:2]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ...element_kinds import KINDS
 from ...errors import Span, suggest
-from ..deck import Element, Param, Source
+from ..deck import Element, Param, Sampled, Source
 from ..elements.parasitics import taken_apart
 from ..elements.template import CodeTemplate, Formula, InstanceTemplate, SourceTemplate, Template
 from ..expressions.expression import Expression
@@ -23,8 +23,9 @@ from .body import Body, BodyReader, Choice, Subcircuit
 from .code_models import digital_ports, written
 from .memory import has_memory, without_memory
 from .repetition import Repetition, written_out
+from .sampled import sampled_parts
 from .scope import Scope
-from .transfer import NoRational, rational
+from .transfer import NoRational, rational, sampled_coefficients
 from .transfer import taken_apart as states_of
 
 #: elements of an expanded deck; more would not fit into memory anyway
@@ -63,6 +64,7 @@ class Expander:
 
     def __init__(self, findings: Findings, bodies: BodyReader) -> None:
         self.elements: list[Element] = []
+        self.sampled: list[Sampled] = []
         self.places: dict[str, Span] = {}
         self.cards: list[tuple[str, Line, Scope]] = []
         #: voltages at the operating point of what integrates
@@ -201,14 +203,22 @@ class Expander:
         drive = item.value.node if isinstance(item.value, Formula) else num(item.value)
         if isinstance(item.value, Formula):
             drive = scope.bind(item.value)
-        tree = scope.bind(function, local={"s": var("s")})
+        of = "z" if item.sampled else "s"
+        tree = scope.bind(function, local={of: var(of)})
         try:
-            top, bottom = rational(tree)
+            top, bottom = rational(tree, of)
         except NoRational as why:
             message = f"{item.name}: {why}"
-            hint = "only quotients of polynomials of s are simulated"
+            hint = f"only quotients of polynomials of {of} are simulated"
             raise Unreadable("NS1002", message, function.span, hint) from None
         nodes = tuple(scope.node(node) for node in item.nodes)
+        if item.sampled:
+            coefficients = sampled_coefficients(item.name, top, bottom, function.span)
+            parts, clocked = sampled_parts(scope, item, nodes, drive, coefficients)
+            self._claim(parts[1].name, f"{item.name}.in", item.span)
+            self.elements += parts
+            self.sampled.append(clocked)
+            return
         whole = Element(scope.prefix + item.name, item.letter, nodes, item.span)
         for part in states_of(whole, drive, top, bottom, function.span):
             if part.name != whole.name:

@@ -31,13 +31,13 @@ class NoRational(Exception):
     """A function of s that is no quotient of polynomials; the text is why."""
 
 
-def rational(tree: Node) -> tuple[Polynomial, Polynomial]:
-    """Return numerator and denominator of an expression of the variable ``s``.
+def rational(tree: Node, name: str = "s") -> tuple[Polynomial, Polynomial]:
+    """Return numerator and denominator of an expression of a variable.
 
     Raises
     ------
     NoRational
-        For functions of s, and for powers of s that are not whole.
+        For functions of it, and for powers of it that are not whole.
 
     Examples
     --------
@@ -49,13 +49,13 @@ def rational(tree: Node) -> tuple[Polynomial, Polynomial]:
     if op == "num":
         return [float(tree.value)], [1.0]
     if op in ("var", "name"):
-        if tree.value == "s":
+        if tree.value == name:
             return [0.0, 1.0], [1.0]
         raise NoRational(f"{tree.value} is no constant")
     if op == "add":
-        top, bottom = rational(args[0])
+        top, bottom = rational(args[0], name)
         for arg in args[1:]:
-            more, below = rational(arg)
+            more, below = rational(arg, name)
             if below == bottom:
                 top = _sum(top, more)
             else:
@@ -67,27 +67,27 @@ def rational(tree: Node) -> tuple[Polynomial, Polynomial]:
     if op == "mul":
         top, bottom = [1.0], [1.0]
         for arg in args:
-            more, below = rational(arg)
+            more, below = rational(arg, name)
             top, bottom = _product(top, more), _product(bottom, below)
         return top, bottom
     if op == "neg":
-        top, bottom = rational(args[0])
+        top, bottom = rational(args[0], name)
         return [-c for c in top], bottom
     if op == "inv":
-        top, bottom = rational(args[0])
+        top, bottom = rational(args[0], name)
         return bottom, top
     if op == "pow" and args[1].op == "num" and float(args[1].value).is_integer():
         exponent = int(float(args[1].value))
         if abs(exponent) > MAX_ORDER:
             raise NoRational(f"a power of {exponent} is higher than {MAX_ORDER}")
-        base = rational(args[0])
+        base = rational(args[0], name)
         top, bottom = base if exponent >= 0 else base[::-1]
         result: tuple[Polynomial, Polynomial] = [1.0], [1.0]
         for _ in range(abs(exponent)):
             result = _product(result[0], top), _product(result[1], bottom)
         return result
-    name = str(tree.value).lstrip("?") if op == "call" else op
-    raise NoRational(f"{name} of s is no quotient of polynomials")
+    called = str(tree.value).lstrip("?") if op == "call" else op
+    raise NoRational(f"{called} of {name} is no quotient of polynomials")
 
 
 def _sum(a: Polynomial, b: Polynomial) -> Polynomial:
@@ -164,6 +164,31 @@ def taken_apart(
         made.append(_with(element, f"{name}.c", "c", (state, "0"), 1.0 / rate, ""))
         made.append(_with(element, f"{name}.b", "b", ("0", state), flow, "i"))
     return made
+
+
+def sampled_coefficients(
+    name: str, top: Sequence[float], bottom: Sequence[float], span: Span
+) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the coefficients of a function of z from its highest power, the denominator's is 1.
+
+    Raises
+    ------
+    Unreadable
+        If it looks ahead, is of too high an order, or has no denominator.
+    """
+    b, a = _trimmed(list(top)), _trimmed(list(bottom))
+    while len(a) > 1 and a[0] == 0.0 and b[0] == 0.0 and len(b) > 1:  # a common factor z
+        a, b = a[1:], b[1:]
+    if not all(map(math.isfinite, (*a, *b))) or a[-1] == 0.0:
+        raise Unreadable("NS1024", f"{name}: the transfer function has no finite values", span)
+    if len(b) > len(a):
+        message = f"{name}: the numerator of H(z) has a higher power than its denominator"
+        raise Unreadable("NS1025", message, span, "it would look ahead: divide by a power of z")
+    if len(a) - 1 > MAX_ORDER:
+        message = f"{name}: a denominator of order {len(a) - 1} is higher than {MAX_ORDER}"
+        raise Unreadable("NS1023", message, span, "write it as a chain of two sources")
+    b += [0.0] * (len(a) - len(b))
+    return tuple(c / a[-1] for c in reversed(b)), tuple(c / a[-1] for c in reversed(a))
 
 
 def _rate(a: Polynomial) -> float:

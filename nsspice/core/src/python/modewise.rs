@@ -121,6 +121,11 @@ impl PyModewise {
         self.inner.time()
     }
 
+    /// The present states of the gates.
+    fn gates(&self) -> Vec<bool> {
+        self.inner.gates().to_vec()
+    }
+
     /// Active pairs of the present mode.
     fn active(&self) -> Vec<bool> {
         self.inner.active()

@@ -38,6 +38,16 @@ impl PyPolynomial {
         self.inner.begin_with(value);
     }
 
+    /// Adds a piece at the end by its Chebyshev coefficients; with a `kink` anything may jump at its begin.
+    fn push(&self, begin: f64, length: f64, coefficients: Vec<f64>, kink: bool) -> PyResult<()> {
+        let known = !coefficients.is_empty() && coefficients.iter().all(|c| c.is_finite());
+        if !(known && length > 0.0 && begin.is_finite()) {
+            return Err(invalid("a piece has a length and finite coefficients"));
+        }
+        self.inner.push(begin, length, &coefficients, kink);
+        Ok(())
+    }
+
     /// The value at an instant; `side` is -1 for the left limit, else the right one.
     #[pyo3(signature = (time, side=1))]
     fn value(&self, time: f64, side: i8) -> f64 {

@@ -1,0 +1,50 @@
+"""``--controller``: digital controllers in C, from a command line and never from a deck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..errors import Diagnostic, UsageError
+from .options import read_signals, spice_number
+
+if TYPE_CHECKING:
+    from ..analyses.request.controller import Controller
+
+_NUMBERS = ("period", "delay", "offset")
+_NAMES = ("reads", "writes")
+_HINT = 'write --controller "law.so period=10u reads=v(out),i(l1) writes=vduty"'
+
+
+def read_controllers(items: Sequence[str], confined: bool) -> list[Controller]:
+    """Return the controllers that options name.
+
+    Raises
+    ------
+    UsageError
+        NS4005 for what cannot be read, or if the run is confined: a library may do anything.
+    """
+    from ..analyses.request.controller import Controller
+
+    if items and confined:
+        message = "--confined: a controller in a library could do anything"
+        raise UsageError(Diagnostic("NS4005", message, hint="leave one of the options out"))
+    found = []
+    for item in items:
+        path, *rest = item.split() or [""]
+        given = dict(word.partition("=")[::2] for word in rest)
+        unknown = [key for key in given if key not in (*_NUMBERS, *_NAMES)]
+        if not path or unknown or "period" not in given:
+            raise UsageError(Diagnostic("NS4005", f"--controller cannot be {item!r}", hint=_HINT))
+        times = {key: _seconds(key, given[key]) for key in _NUMBERS if key in given}
+        reads, writes = (read_signals([given.get(key, "")]) or [] for key in _NAMES)
+        found.append(Controller.from_library(path, reads=reads, writes=writes, **times))
+    return found
+
+
+def _seconds(key: str, text: str) -> float:
+    value, why = spice_number(text)
+    if value is None:
+        message = f"the {key} of a controller cannot be {text!r}"
+        raise UsageError(Diagnostic("NS4005", message, hint=f"{text!r} {why}"))
+    return value
