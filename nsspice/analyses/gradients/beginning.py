@@ -45,7 +45,7 @@ class Beginning:
         first = first_state(circuit, mna, analysis)
         assert first.dc_point is not None
         self._dc = first.dc_point
-        self._active = _active(mna.system, *first.dc_point, first.gates)
+        self._active = _active(mna.system, *first.dc_point, first.first_gates)
 
     def derivatives(self, charges: Floats, changes: Sequence[Mapping[Any, float]]) -> list[float]:
         """Return derivatives by each parameter.

@@ -23,10 +23,10 @@ class First(ModewiseStepper):
     """Takes the first state of a run, and does not run."""
 
     charges: Floats
-    gates: list[bool]
+    first_gates: list[bool]
 
     def _start(self, charges: Floats, gates: list[bool], active: list[bool] | None = None) -> None:
-        self.charges, self.gates = charges, list(gates)
+        self.charges, self.first_gates = charges, list(gates)
 
 
 def first_state(circuit: Circuit, mna: MnaSystem, analysis: Tran) -> First:
@@ -36,7 +36,7 @@ def first_state(circuit: Circuit, mna: MnaSystem, analysis: Tran) -> First:
     step = analysis.solver_step(None)
     if mna.system.static:
         first.charges = np.zeros(mna.system.n)
-        first.gates = first.gates_at_start(first.charges, step)
+        first.first_gates = first.gates_at_start(first.charges, step)
     else:
         start(circuit, mna, first, analysis, step)
     return first
@@ -66,7 +66,7 @@ def integrals_of(
             charges, gates = beginning.charges, beginning.gates
         else:
             first = first_state(circuit, mna, analysis)
-            charges, gates = first.charges, first.gates
+            charges, gates = first.charges, first.first_gates
         return Course(mna, system, State(core.energy_of(charges), gates), analysis.stop)
 
     given = request.temperature

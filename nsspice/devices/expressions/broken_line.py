@@ -40,9 +40,15 @@ class BrokenLine(NamedTuple):
 
     @property
     def continuous(self) -> bool:
-        """Return whether it has no jumps, rounding aside."""
+        """Return whether it has no jumps, rounding aside.
+
+        Each law is a sum of as many terms as there are kinks, as large as the steepest slope makes
+        them.
+        """
+        steepest = max(abs(s) for _, s in self.laws)
+        known = ROUNDING * len(self.laws)
         return all(
-            abs(c1 - c2 + (s1 - s2) * x) <= ROUNDING * (abs(c1) + abs(c2) + abs((s1 - s2) * x))
+            abs(c1 - c2 + (s1 - s2) * x) <= known * (abs(c1) + abs(c2) + steepest * abs(x))
             for x, ((c1, s1), (c2, s2)) in zip(self.places, pairwise(self.laws), strict=True)
         )
 

@@ -15,6 +15,7 @@ from dataclasses import replace
 
 from ..deck import Element
 from ..findings import Findings, Unreadable
+from .core import with_core
 
 SERIES = ("rser", "lser")
 PARALLEL = ("rpar", "cpar")
@@ -47,7 +48,7 @@ def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
     """
     given = {key: p for key, p in element.params.items() if key in PARASITICS}
     if not given:
-        yield element
+        yield from with_core(element, findings)
         return
     for key, param in given.items():
         if isinstance(param.value, str):
@@ -70,7 +71,7 @@ def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
             f"{element.name}: rlshunt is ignored: it is connected across lser, which is not given"
         )
         findings.warning("NS1003", message, given["rlshunt"].span)
-    yield replace(element, nodes=(inner, b), params=kept)
+    yield from with_core(replace(element, nodes=(inner, b), params=kept), findings)
     for key, param in given.items():
         if key in places:
             yield Element(

@@ -8,6 +8,7 @@ from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.numbers import read_number
 from ..text.statement import Item
+from .core import CHAN, HYSTERESIS
 from .parasitics import PARASITICS
 from .reading import Reader
 from .template import ParamText, Template
@@ -21,14 +22,17 @@ _RATINGS = {
     "c": {"v", "irms", "mtbf"} | _NOTES,
     "l": {"ipk", "irms"} | _NOTES,
 }
-#: Chan's core with hysteresis, LTspice's
-_CORE = {"hc", "bs", "br", "a", "lm", "lg", "n"}
 _KNOWN = {
     "r": _COMMON
     | {"r", "v", "tc", "tc1", "tc2", "tce", "ac", "noisy", "noise", "ic"}
     | _RATINGS["r"],
     "c": _COMMON | {"c", "ic", "tc", "tc1", "tc2"} | PARASITICS | _RATINGS["c"],
-    "l": _COMMON | {"l", "ic", "tc", "tc1", "tc2", "nt"} | PARASITICS | _RATINGS["l"] | _CORE,
+    "l": _COMMON
+    | {"l", "ic", "tc", "tc1", "tc2", "nt"}
+    | PARASITICS
+    | _RATINGS["l"]
+    | CHAN
+    | HYSTERESIS,
 }
 #: what follows a number by mistake after a blank: 10 kOhm
 _SCALE = re.compile("(t|g|meg|k|m|u|\u00b5|n|p|f)?(ohms?|\u03c9|\u2126|f|farads?|h|henry)?")
@@ -93,12 +97,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
         params["tc1"] = params.pop("tc")
     result.params = params
     terminals.finish(result)
-    for key in params:
-        if key in _CORE:
-            message = f"{terminals.name}: a core with hysteresis ({key}=) is not simulated"
-            hint = "write the flux as a function of the current: Flux={expression of x}"
-            raise Unreadable("NS1002", message, params[key].span, hint)
-    if result.value is None and not result.model:
+    if result.value is None and not result.model and not CHAN & params.keys():
         raise Unreadable("NS1008", f"{terminals.name}: the {what} is missing", result.span,
                          f"write {letter.upper()}name node node value")  # fmt: skip
     return result

@@ -171,7 +171,6 @@ def test_in_a_subcircuit_x_is_the_voltage_across():
         ("L1 a 0 Flux=x Rser=1", "NS1014", "write Lname n+ n- Flux=expression"),
         ("C1 a 0 Q=x^2 m=0", "NS2005", "m of c1 must be positive"),
         ("C1 a 0 Q=y*x", "NS1021", "y"),
-        ("L1 a 0 Hc=16 Bs=.44 Br=.1 A=25u Lm=20m Lg=.7m N=1000", "NS1002", "write the flux"),
         ("L1 a 0 L={i(r1)}", "NS2009", "inductance of l1 depends on i(r1)"),
         ("L1 a 0 L={v(a)>1 ? 1m : 2m}", "NS2009", "write Flux={L*x}"),
         ("L1 a 0 L={sin(i(l1)^2)}", "NS2009", "write the flux: Flux="),
