@@ -57,7 +57,7 @@ KINDS = {
     "i": Kind(f"Iname n+ n- value{_WAVE}", *_SOURCE, (".devices.sources.isource:CurrentSource",
          _BEHAVIOURAL)),
     "e": Kind("Ename n+ n- nc+ nc- gain, or Ename n+ n- VALUE={expression}", *_CONTROLLED,
-         (".devices.sources.controlled:Vcvs", _BEHAVIOURAL)),
+         (".devices.sources.controlled:Vcvs", _BEHAVIOURAL, ".devices.sources.delayed:Delayed")),
     "f": Kind("Fname n+ n- Vname gain", *_CONTROLLED,
          (".devices.sources.controlled:Cccs", _BEHAVIOURAL)),
     "g": Kind("Gname n+ n- nc+ nc- gain, or Gname n+ n- VALUE={expression}", *_CONTROLLED,

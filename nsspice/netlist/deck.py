@@ -310,6 +310,15 @@ class SensCard(NamedTuple):
     names: tuple[str, ...] = ()
 
 
+class Delay(NamedTuple):
+    """``delay(x, td)`` in a run: an element shows what a signal was some time ago [s]."""
+
+    element: str
+    signal: str
+    delay: float
+    span: Span
+
+
 class Sampled(NamedTuple):
     """A transfer function of z, ``E1 a b ZTRANS {input} = {H(z)} period=``.
 
@@ -421,6 +430,7 @@ class Deck:
     sensitivities : list of SensCard
     heat_sinks : list of HeatSinkCard
     sampled : list of Sampled
+    delays : list of Delay
     steps : list of Sweep
         ``.step`` cards, the first one runs fastest.
     runs : list of Run
@@ -455,6 +465,7 @@ class Deck:
     sensitivities: list[SensCard] = field(default_factory=list)
     heat_sinks: list[HeatSinkCard] = field(default_factory=list)
     sampled: list[Sampled] = field(default_factory=list)
+    delays: list[Delay] = field(default_factory=list)
     steps: list[Sweep] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
     temperature: float = 27.0

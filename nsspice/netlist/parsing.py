@@ -209,7 +209,7 @@ def _parse(
     expander.check_levels()
     _evaluate_all(deck, scope, findings)
     deck.initial.update(expander.initial)
-    deck.sampled = expander.sampled
+    deck.sampled, deck.delays = expander.sampled, expander.delays
     deck.elements, deck.included = expander.elements, files.included
     cards.read(computes(files.scripts))
     deck.seed = seed

@@ -64,6 +64,20 @@ def refuse_controllers(request: Request) -> None:
         raise UsageError(Diagnostic("NS4024", message, hint="run the other analyses without them"))
 
 
+def refuse_delays(deck: Deck, what: str) -> None:
+    """Refuse an analysis that knows no delays.
+
+    Raises
+    ------
+    UsageError
+        NS4024
+    """
+    if deck.delays:
+        found = deck.delays[0]
+        message = f"{found.element} is a delay, which {what} does not know"
+        raise UsageError(Diagnostic("NS4024", message, found.span, "use .tran"))
+
+
 def refuse_sampled(deck: Deck, what: str) -> None:
     """Refuse an analysis that knows no clock.
 
@@ -72,6 +86,7 @@ def refuse_sampled(deck: Deck, what: str) -> None:
     UsageError
         NS4024
     """
+    refuse_delays(deck, what)
     if deck.sampled:
         found = deck.sampled[0]
         message = f"{found.source} is a function of z, which {what} does not know"

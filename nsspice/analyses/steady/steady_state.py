@@ -35,7 +35,7 @@ from ..request.period import common, is_multiple
 from ..request.periodic_sources import common_period, continued, period_of
 from ..request.request import Neighbour, Request
 from ..request.restart_state import Beginning, with_waveforms
-from ..request.sampled import refuse_sampled
+from ..request.sampled import refuse_delays, refuse_sampled
 from ..request.settings import Settings
 from ..request.values import checked_values
 from ..results.periodic import Periodic
@@ -207,6 +207,7 @@ def pss(
 
 def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
     """Run one analysis of the periodic steady state; see :func:`pss`."""
+    refuse_delays(circuit.deck, ".pss")
     controllers = request.all_controllers(circuit)
     if controllers:
         return _controlled(circuit, analysis, request, controllers)

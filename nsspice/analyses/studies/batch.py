@@ -396,7 +396,7 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     if request.stop is not None:
         analysis = replace(analysis, stop=request.stop)
     beginnings = None
-    controlled = bool(request.controllers or deck.sampled)
+    controlled = bool(request.controllers or deck.sampled or deck.delays)
     if card.orbit:
         refuse_controllers(request)
         _, orbits = find_orbits(circuit, _pss_of(circuit, card), request)

@@ -122,6 +122,8 @@ def evaluated(
         raise undone("a deck with .step cards is not differentiated", ".step")
     if deck.sampled:
         raise undone("a deck with functions of z is not differentiated", deck.sampled[0].source)
+    if deck.delays:
+        raise undone("a deck with delays is not differentiated", deck.delays[0].element)
     by = [Parameter.of(circuit, name) for name in parameters]
     by = [replace(p, value=values.get(p.target.name, p.value)) for p in by]
     decks = Decks(circuit)

@@ -19,6 +19,7 @@ from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder
 from ..signals.curve import Floats
 from .advance import Outlet
+from .delays import Delays
 from .island_runner import IslandRunner
 from .memory import Memory
 from .outcomes import Stopped
@@ -65,6 +66,7 @@ def advance_controlled(
     analysis: Tran,
     progress: Progress | None,
     interrupts: Interrupts,
+    delays: Delays | None = None,
 ) -> bool:
     """Advance all islands from instant to instant; return True if Ctrl-C stopped it.
 
@@ -99,12 +101,17 @@ def advance_controlled(
         if failed is not None:
             runner, problem = failed
             raise runner.failure(problem) from problem
+        interrupts.check()
         time = sources.known
+        if delays is not None and delays.known < min(time, analysis.stop):
+            before = delays.known
+            delays.hand_over(runners)
+            assert delays.known > before, "a step as long as a delay waits for itself"
+            continue
         if time >= analysis.stop:
             return False
         schedule.call(time, sampler)
         schedule.go_on()
-        interrupts.check()
 
 
 def advance_a_period(

@@ -80,6 +80,7 @@ class IslandRunner:
         links: Sequence[Link] = (),
         clock: Polynomial | None = None,
         whole: bool = False,
+        delayed: Sequence[str] = (),
     ) -> None:
         self.circuit, self.number, self.island = circuit, number, island
         self._conditions = temperature, values
@@ -122,6 +123,12 @@ class IslandRunner:
             self.followed = list(range(len(names)))
         elif watched is not None:
             self.followed = [j for j, n in enumerate(names) if (number, n) in watched.parts]
+        #: pieces of signals that drive delays, since they were taken
+        self.delayed: list[Floats] = []
+        self._delays = bool(delayed)
+        if self._delays:
+            own = [j for j, name in enumerate(names) if name in delayed]
+            self.followed = list(dict.fromkeys([*self.followed, *own]))
         self.judge: Judge | None = None
         self._unkept: list[Diagnostic] = []
         self.all_points = all_points
@@ -141,7 +148,7 @@ class IslandRunner:
         if self.followed and self.method != POINTS:
             window = (
                 (analysis.start, analysis.stop)
-                if all_points or watched is None
+                if all_points or watched is None or delayed
                 else (watched.start, watched.stop)
             )
             self.stepper.follow(self.followed, *window)
@@ -404,6 +411,8 @@ class IslandRunner:
         if self.followed and self._polynomial and (pieces := self.stepper.take_pieces()).size:
             if self._watched is not None:
                 self._pieces.append(pieces)
+            if self._delays:
+                self.delayed.append(pieces)
             if self.all_points:
                 self.curves.append(Pieces.of_record(pieces, len(self.followed)))
                 self._turns = np.concatenate([self._turns, turning_points(self.curves[-1])])

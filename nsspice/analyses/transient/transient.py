@@ -39,6 +39,7 @@ from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
 from .controlled import advance_controlled, started
+from .delays import Delays
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
 from .memory import Memory
@@ -224,7 +225,14 @@ def run_tran(
     analysis = analysis.bounded(settings.max_step)
     if controllers is None:
         controllers = request.all_controllers(circuit)
-    schedule = Schedule.of(circuit, controllers, analysis.stop, memory) if controllers else None
+    delays = Delays(circuit, settings.reltol) if circuit.deck.delays else None
+    if delays is not None:
+        analysis = analysis.bounded(delays.longest_step)
+        delays.begin(request, analysis)
+        request = replace(request, extra=(*request.extra, *delays.signals))
+    schedule = None
+    if controllers or delays is not None:
+        schedule = Schedule.of(circuit, controllers, analysis.stop, memory)
     if schedule is not None:
         request = schedule.wanted(request)
     columns, names = request.names(circuit)
@@ -253,7 +261,10 @@ def run_tran(
                 analysis,
                 settings,
                 request.temperature,
-                request.values if schedule is None else schedule.values(request),
+                {
+                    **(request.values if schedule is None else schedule.values(request)),
+                    **({} if delays is None else delays.values),
+                },
                 sides=(keep or watched is not None) and not all_points,
                 watched=local,
                 all_points=all_points,
@@ -262,6 +273,7 @@ def run_tran(
                 aliases=shown,
                 links=parts.links,
                 clock=None if schedule is None else schedule.sources.clock,
+                delayed=() if delays is None else delays.signals,
             )
 
         count = len(parts.circuit.islands)
@@ -316,6 +328,8 @@ def run_tran(
         try:
             if schedule is not None:
                 runners = started(schedule, lambda: prepare(parts)[1], recorder)
+                if delays is not None:
+                    delays.attend(runners, recorder)
                 between = [r.between for r in runners if r.between is not None]
                 points = OutputPoints(columns, between)
             else:
@@ -325,7 +339,7 @@ def run_tran(
             outlet.limits = lambda: limits(runners)
             if schedule is not None:
                 interrupted = advance_controlled(
-                    runners, schedule, outlet, analysis, request.progress, interrupts
+                    runners, schedule, outlet, analysis, request.progress, interrupts, delays
                 )
             elif all_points:
                 from .all_points import advance_points

@@ -92,6 +92,8 @@ def translate(
     if circuit.deck.sampled:
         found = circuit.deck.sampled[0]
         raise untranslatable(f"{found.source} is a function of z")
+    if circuit.deck.delays:
+        raise untranslatable(f"{circuit.deck.delays[0].element} is a delay")
     names = [canonical(s) for s in (circuit.default_signals() if signals is None else signals)]
     options = complete(options or Options(), analysis)
     if options.rshunt is None and any(w.code == "NS2051" for w in circuit.warnings):

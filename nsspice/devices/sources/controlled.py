@@ -53,6 +53,10 @@ class Controlled(Device):
     def read(cls, element: Element, context: Context) -> Device | None:
         """Return the controlled source of an element line, or None after reporting why not."""
         findings = context.findings
+        if "delay" in element.params:
+            from .delayed import Delayed
+
+            return Delayed.read(element, context)
         if element.quantity:
             return Behavioural.read(element, context)
         check_flags(cls, element, findings)

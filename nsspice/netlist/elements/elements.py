@@ -22,7 +22,6 @@ _UNSUPPORTED = {
     "n": ("Verilog-A device", "write the function as a B element"),
     "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),
-    "t": ("transmission line", "use a ladder of L C sections"),
     "u": ("RC line or digital gate", "use a ladder of R C sections"),
     "y": ("single transmission line", "use a ladder of R L C sections"),
 }
@@ -44,6 +43,10 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate | CodeTem
     if letter == "a":
         return code_model(reader, line)
     kind = KINDS.get(letter)
+    if letter == "t":
+        from .transmission import transmission
+
+        return transmission(reader, line, items(line))
     if kind is None and letter != "x":
         raise _unknown(line, letter)
     if letter in "vi" and line.text.count("(") != line.text.count(")"):

@@ -7,9 +7,11 @@ from dataclasses import replace
 
 from ...element_kinds import KINDS
 from ...errors import Span, suggest
-from ..deck import Element, Param, Sampled, Source
+from ..deck import Delay, Element, Param, Sampled, Source
 from ..elements.parasitics import taken_apart
 from ..elements.template import CodeTemplate, Formula, InstanceTemplate, SourceTemplate, Template
+from ..elements.transmission import MODEL as LINE
+from ..elements.transmission import written_line
 from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
 from ..expressions.node import Node, num, var
@@ -65,6 +67,7 @@ class Expander:
     def __init__(self, findings: Findings, bodies: BodyReader) -> None:
         self.elements: list[Element] = []
         self.sampled: list[Sampled] = []
+        self.delays: list[Delay] = []
         self.places: dict[str, Span] = {}
         self.cards: list[tuple[str, Line, Scope]] = []
         #: voltages at the operating point of what integrates
@@ -155,11 +158,12 @@ class Expander:
             value = given
         else:
             if item.letter in _REMEMBERING and has_memory(given.node):
-                given, storage, initial = without_memory(item.name, given, scope)
-                for part in storage:
+                given, memory = without_memory(item.name, given, scope)
+                for part in memory.elements:
                     self._claim(part.name, part.name[len(scope.prefix) :], part.span)
-                self.elements += storage
-                self.initial.update(initial)
+                self.elements += memory.elements
+                self.initial.update(memory.initial)
+                self.delays += memory.delays
             thermal = bool(item.quantity)
             value = scope.expression(given, item.letter in "lr", thermal, _own(item, nodes))
         if scope.prefix:
@@ -275,7 +279,8 @@ class Expander:
         names = {node: f"port{k}" for k, node in enumerate(item.nodes)}
         formal = item.renamed(names)
         if item.own:
-            texts, digital = a_device(formal, numbers), set[str]()
+            write = written_line if item.model == LINE else a_device
+            texts, digital = write(formal, numbers), set[str]()
         else:
             texts, digital = self._written(scope, formal)
         where = item.span

@@ -86,7 +86,7 @@ UNSUPPORTED = {
     ),
     **dict.fromkeys(
         ["ddt", "idt", "sdt", "idtmod", "delay", "absdelay", "laplace"],
-        "only E, F, G, H and B know ddt, idt and sdt; build others with a C or an L",
+        "only E, F, G, H and B know ddt, idt, sdt and delay; build others with a C or an L",
     ),
     **dict.fromkeys(["vdb", "vm", "vp", "vr", "db", "mag", "ph"], "it belongs to .ac"),
     "p": "a power is a product, as in v(a,b)*i(r1)",

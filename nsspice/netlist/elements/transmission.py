@@ -1,0 +1,66 @@
+"""``T a b c d Z0= TD=``: a lossless line, two ports whose waves are delayed (Branin's method).
+
+At each port the voltage is that of the wave that arrives plus Z0 times the current; what arrives is
+``v + Z0 i`` of the other port, a delay before.
+
+References: F. H. Branin, "Transient analysis of lossless transmission lines", Proc. IEEE 55 (1967)
+2012, doi:10.1109/PROC.1967.6033.
+"""
+
+from __future__ import annotations
+
+from ..findings import Unreadable
+from ..text.lines import Line
+from ..text.statement import Item
+from .reading import Reader
+from .template import CodeTemplate, Port
+from .terminals import GROUND, Terminals
+
+#: what stands for the model of such a line
+MODEL = "t"
+_KNOWN = {"z0", "zo", "td", "f", "nl", "ic", "rel", "abs"}
+
+
+def transmission(reader: Reader, line: Line, items: list[Item]) -> CodeTemplate:
+    """Read ``T a b c d Z0= TD=``, or ``F= [NL=]`` in place of ``TD=``."""
+    terminals = Terminals(reader, line, items)
+    terminals.take_nodes(4)
+    result = terminals.template()
+    params = terminals.params(_KNOWN)
+    if "zo" in params:
+        params["z0"] = params.pop("zo")
+    hint = "write Tname a b c d Z0=50 TD=1n"
+    if "z0" not in params or not {"td", "f"} & params.keys():
+        message = f"{result.name}: impedance or delay of the line is missing"
+        raise Unreadable("NS1008", message, result.span, hint)
+    if "ic" in params:
+        message = f"{result.name}: initial waves of a line (ic=) are not simulated"
+        raise Unreadable("NS1002", message, params["ic"].span, "leave them out")
+    nodes = [GROUND.get(node, node) for node in terminals.nodes]
+    ports = (Port(nodes[0], nodes[1]),), (Port(nodes[2], nodes[3]),)
+    where = result.span
+    return CodeTemplate(result.name, where, ports, MODEL, where, params, own=True)
+
+
+def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
+    """Return the elements of a line.
+
+    Raises
+    ------
+    Unreadable
+        For an impedance or a delay that is not positive.
+    """
+    (a, b), (c, d) = ((vector[0].plus, vector[0].minus) for vector in item.ports)
+    impedance = given["z0"]
+    delay = given.get("td", 0.0)
+    if "td" not in given and given["f"] > 0.0:
+        delay = given.get("nl", 0.25) / given["f"]
+    if not (impedance > 0.0 and delay > 0.0):
+        message = f"{item.name}: impedance and delay of a line must be above zero"
+        raise Unreadable("NS1025", message, item.span)
+    return [
+        f"R1 {a} one {impedance!r}",
+        f"B1 one {b} V={{delay(v({c},{d}) + {impedance!r}*i(B2), {delay!r})}}",
+        f"R2 {c} two {impedance!r}",
+        f"B2 two {d} V={{delay(v({a},{b}) + {impedance!r}*i(B1), {delay!r})}}",
+    ]
