@@ -144,3 +144,21 @@ def test_a_file_of_the_folder_goes_first(tmp_path) -> None:  # type: ignore[no-u
     assert found.elements[-1].value == 7.0
     confined = parse_text("t\n.lib control\nV1 a 0 1\nX1 a b hysteretic", confined=True)
     assert len(confined.elements) > 3
+
+
+@pytest.mark.parametrize(("start", "step"), [(0.57, 0.1), (2.77, 0.12)])
+def test_maximum_power_point(start: float, step: float) -> None:
+    """Perturb and observe on p = v (3 - v): up the hill, then three levels about 1.5 V."""
+    found = run(
+        f"X1 p x ref mppt f=1k step={step} start={start} min=0 max=4\n"
+        "B1 p 0 V={v(ref)*(3-v(ref))}\nE1 x 0 ref 0 1\nR1 ref 0 1\n.tran 0.5m 40.6m uic"
+    )
+    reference, before, moved, wanted = start, 0.0, 0.0, [start]
+    for _ in range(40):
+        power = reference * (3.0 - reference)
+        together = (power > before) == (reference > moved)
+        before, moved = power, reference
+        reference += step if together else -step
+        wanted.append(reference)
+    assert found["v(ref)"][1::2] == pytest.approx(wanted, abs=1e-12)
+    assert abs(np.array(wanted[-12:]) - 1.5).max() <= 1.5 * step + 1e-12
