@@ -155,7 +155,9 @@ def _warn_dangling(devices: Sequence[Device], findings: Findings) -> None:
             degree[node] = degree.get(node, 0) + 1
             first.setdefault(node, (device, k))
     sensed = {node for d in devices for node in d.control_nodes}
-    lonely = [n for n, count in degree.items() if count == 1 and n != "0" and n not in sensed]
+    # what a function of z samples is sensed by its clock
+    sensed |= {node for node in degree if node.endswith("#in")} | {"0"}
+    lonely = [n for n, count in degree.items() if count == 1 and n not in sensed]
     names = list(degree)
     for k, node in enumerate(lonely):
         device, place = first[node]

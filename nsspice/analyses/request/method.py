@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from ...circuit import Circuit, Island, MnaSystem, ProblemClass
+from ...devices.sources.delayed import Delayed
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.modewise import refusal
 from .path_following import PATH_METHODS
@@ -135,6 +136,8 @@ def describe(circuit: Circuit, island: Island, mna: MnaSystem) -> str:
     'implicit time steps with one factorisation'
     """
     kind, settings = island.problem_class, Settings.of(circuit.deck)
+    if any(isinstance(device, Delayed) for device in island.devices):
+        return f"steps of order {settings.order} with error control (sdirk), between delays"
     if kind in _STATIC:
         followed = settings.method in PATH_METHODS and kind is not ProblemClass.LINEAR_ALGEBRAIC
         if followed:

@@ -130,7 +130,7 @@ class Schedule:
             NS4005 if rows at all points are asked for.
         """
         if request.all_points:
-            message = "rows at all points are not shown where controllers set sources"
+            message = "rows at all points are not shown where controllers or delays set sources"
             raise UsageError(Diagnostic("NS4005", message, hint="leave all_points out"))
         return replace(request, extra=(*request.extra, *self.reads), everything=True)
 
