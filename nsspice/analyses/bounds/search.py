@@ -19,6 +19,7 @@ from ...problems.taylor import Models, Unbounded
 from ..gradients.carried import Lost
 from ..gradients.variation import Parameter
 from ..request.load import need_circuit
+from ..request.sampled import refuse_sampled
 from ..studies.batch import Job, jobs_of
 from .enclosure import Box, signal_of, weights_of
 from .orbit import NotProved
@@ -253,6 +254,7 @@ def bounds(
     (True, True)
     """
     need_circuit(circuit)
+    refuse_sampled(circuit.deck, "a proof of bounds")
     begin = time.perf_counter()
     cards = _cards(circuit, measures)
     jobs = [job for job in jobs_of(circuit.deck) if job.kind == "pss"]

@@ -173,6 +173,7 @@ def test_analyses_that_know_no_clock_refuse() -> None:
         lambda: nsspice.ac(circuit, [1e3]),
         lambda: nsspice.start(circuit),
         lambda: nsspice.gradient(circuit),
+        lambda: nsspice.bounds(circuit, {"r1": 0.1}),
     ):
         with pytest.raises(UsageError):
             analysis()
