@@ -212,7 +212,7 @@ def test_source_options() -> None:
         ("B1 a 0 V=1 I=2", "NS1009"),
         ("B1 a 0 V=1 W=2", "NS1014"),
         ("B1 a 0 V=limit(v(a),2)", "NS1022"),
-        ("B1 a 0 V=delay(v(a),1m)", "NS1022"),
+        ("B1 a 0 V=idtmod(v(a),1m)", "NS1022"),
         ("X1 a b nothing", "NS1040"),
     ],
 )
