@@ -185,6 +185,9 @@ def command(
 
     def once() -> _Run:
         circuit = circuit_of(netlist, read_params(params))
+        if archive is not None and controllers:
+            message = "--archive cannot judge later what --controller has set"
+            raise UsageError(Diagnostic("NS4005", message, hint="leave one of them out"))
         target = output if archive is None else _table_in(archive, netlist, output)
         told = checked_controllers(circuit, read_controllers(controllers, is_confined()))
         asked = replace(request, controllers=told)

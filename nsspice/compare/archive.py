@@ -254,7 +254,8 @@ def _verdict(
         return Verdict(name, rows, findings=tuple(findings))
     analysis = Tran.from_card(inner.card)
     conditions = conditions_of(own, analysis, request.temperature, request.values)
-    judge = WrittenRows(own, table.names[1:], conditions)
+    held = tuple(function.source for function in own.deck.sampled)
+    judge = WrittenRows(own, table.names[1:], conditions, held)
     judge.take(table.data)
     islands = run["islands"]
     sampled = joined(None if i["unwatched"] is None else tuple(i["unwatched"]) for i in islands)

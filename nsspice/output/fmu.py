@@ -18,6 +18,7 @@ from typing import Any
 
 from ..analyses.request.controller import Controller
 from ..analyses.request.recorder import select
+from ..analyses.request.sampled import refuse_sampled
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import TranCard
@@ -70,8 +71,9 @@ def write_fmu(
         hint = f"write {path.with_suffix('.fmu')}"
         raise UsageError(Diagnostic("NS4008", f"an FMU is a .fmu file, not {path}", hint=hint))
     builder = _builder()
+    refuse_sampled(circuit.deck, "an FMU")
     # the checks of a controller's names are those of inputs
-    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).writes
+    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).sources
     deck = circuit.deck
     card = next((c for c in deck.analyses if isinstance(c, TranCard)), None)
     options: dict[str, Any] = {"uic": bool(card and card.uic) if uic is None else uic}
