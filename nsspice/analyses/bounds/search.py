@@ -28,8 +28,8 @@ from .orbit import NotProved
 _MOST = 8
 #: degrees of the models that are tried, by the number of parameters
 _DEGREES = ((5, (3, 4, 5)), (_MOST, (3, 4)))
-#: a remainder as a part of the spread that needs no higher degree, and no smaller box
-_FINE = 0.02
+#: parts of the spread: a remainder that needs no higher degree, and one that needs no smaller box
+_FINE, _ENOUGH = 0.02, 0.1
 #: side of the smallest box, as a part of the whole
 _SMALLEST = 1.0 / 16.0
 
@@ -152,7 +152,7 @@ class _Search:
                     break
         except NsspiceError as problem:
             why = problem.diagnostics[0].message
-        fine = found is not None and all(_is_fine(model) for model in found.values())
+        fine = found is not None and all(_is_fine(m, _ENOUGH) for m in found.values())
         if found is not None:
             weights = weights_of(list(found.values()))
         side = None if fine else self._side(ends, weights)
@@ -193,10 +193,10 @@ def _degrees(count: int) -> tuple[int, ...]:
     return next(degrees for most, degrees in _DEGREES if count <= most)
 
 
-def _is_fine(model: Models) -> bool:
+def _is_fine(model: Models, part: float = _FINE) -> bool:
     spread = float(np.abs(model.coefficients[1:]).sum())
     rounding = 1e-12 * float(abs(model.coefficients[0]))
-    return bool(float(model.remainder) <= _FINE * spread + rounding)
+    return bool(float(model.remainder) <= part * spread + rounding)
 
 
 def bounds(
