@@ -10,7 +10,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -249,10 +249,12 @@ def _verdict(
         findings.append(f"{rows} rows, where the run had {run['rows']}")
     if table.names != [*filter(None, [run["axis"]]), *run["signals"]]:
         findings.append("its columns are not the signals of the run")
-    own, inner, request = of_job(circuit, job, Request(stop=stop))
+    own, inner, request = of_job(circuit, job, Request())
     if not isinstance(inner.card, TranCard) or findings:
         return Verdict(name, rows, findings=tuple(findings))
     analysis = Tran.from_card(inner.card)
+    if stop is not None:
+        analysis = replace(analysis, stop=stop)
     conditions = conditions_of(own, analysis, request.temperature, request.values)
     held = tuple(function.source for function in own.deck.sampled)
     judge = WrittenRows(own, table.names[1:], conditions, held)

@@ -119,5 +119,14 @@ def test_what_is_no_run_folder_is_refused(call: Call, text: str | None) -> None:
     assert "--archive kept" in told.stderr
 
 
+def test_the_end_of_the_run_is_that_of_the_command(call: Call) -> None:
+    # the pulse has the length of the run where its card does not say one
+    Path("pulse.net").write_text("pulse\nV1 a 0 PULSE(0 1)\nR1 a 0 1\n.tran 1u 10u\n", "utf-8")
+    assert call("run", "pulse.net", "--tstop", "5u", "--archive", "kept").exit_code == 0
+    code, found = judged(call)
+    assert code == 0
+    assert found["runs"][0]["rows"] == 6  # type: ignore[index]
+
+
 def test_a_folder_has_its_own_tables(call: Call, stored: Path) -> None:
     assert call("run", "buck.net", "--archive", "kept", "-o", "a.csv").exit_code == 2

@@ -23,6 +23,7 @@ from .free_currents import FreeCurrents
 from .impulse_signs import impulse_error
 from .impulses import delivered, followed, start_of, stored_functions
 from .uniqueness import Watcher
+from .written_rows import TOLERANCE
 
 if TYPE_CHECKING:
     from .expression_check import ExpressionCheck
@@ -171,6 +172,10 @@ class Examiner:
                     found[key], found[place] = segments[key], segments[place]
         # what changes without a report is a jump that nobody accounts for
         balance = found["boundaries"] if worse(found["boundaries"], balance) else balance
+        # steps know what is stored to what was asked of them
+        unreported = sums["unreported"] if sums else 0.0
+        if worse(unreported, max(tolerance, TOLERANCE, balance)):
+            balance = unreported
         energy = None
         if sums is not None:
             energy = Energy.of_run(sums, jumped, (found["steps"], steps), kept)

@@ -247,7 +247,12 @@ impl Auditor {
         // two short steps count twice and once, so that three times the rounding of one is left
         let mut largest = if self.smooth.is_some() { self.seen.largest } else { [0.0; 2] };
         let mut least = [0.0f64; 2];
-        sides.iter().for_each(|z| self.reach.see(&self.arrays.kinds, z, &[], &mut largest));
+        // after a jump potentials may be densities of impulses where nothing is stored, and measure no charge
+        let rows = sides[1].iter().zip(&self.places.algebraic);
+        let after: Vec<f64> = rows.map(|(z, algebraic)| if *algebraic { 0.0 } else { *z }).collect();
+        for z in [sides[0], &after] {
+            self.reach.see(&self.arrays.kinds, z, &[], &mut largest);
+        }
         let mut stored = vec![0.0; self.arrays.n];
         if let Some(smooth) = &mut self.smooth {
             // the potential of a group that floats may be any, and functions at it beyond all numbers

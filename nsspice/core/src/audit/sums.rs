@@ -15,7 +15,7 @@
 
 use super::powers::Powers;
 use super::step_errors::{ErringStep, StepErrors};
-use super::{ratio, Between, TOLERANCE};
+use super::{ratio, worse, Between, TOLERANCE};
 use crate::dense::dot;
 use crate::descriptor::{Linear, Smooth};
 use crate::sparse::Csc;
@@ -41,6 +41,9 @@ pub struct Balance {
     pub steps: u64,
     /// largest error of a recorded step in units of what was asked
     pub step_error: f64,
+    /// largest change of what is stored between steps that no jump reports, as the root of its energy, relative to that
+    /// of the largest
+    pub unreported: f64,
 }
 
 /// How much more a step may move than all before it to count in full: what one stage beyond all bounds
@@ -91,6 +94,8 @@ struct Totals {
     moved: f64,
     /// largest stored energy, according to the sums
     peak: f64,
+    /// energy of the largest change between steps that no jump reports
+    unreported: f64,
     steps: u64,
 }
 
@@ -172,6 +177,8 @@ pub struct Sums {
     /// charge and flux by which laws are missed
     missed: [f64; 2],
     residual: Vec<f64>,
+    /// where the last step, or the jump after it, has ended
+    left: Vec<f64>,
     /// of these, what currents of conducting pairs are known to
     known: Vec<f64>,
     /// errors of steps, where nothing is smooth
@@ -196,6 +203,7 @@ impl Sums {
             rounded: Rounding::default(),
             missed: [0.0; 2],
             residual: Vec::new(),
+            left: Vec::new(),
             known: Vec::new(),
             errors: smooth.is_none().then(|| StepErrors::new(linear, between)),
         })
@@ -240,6 +248,7 @@ impl Sums {
         new: bool,
     ) {
         self.begin(z0);
+        self.pass(z0, z);
         if new || self.totals.steps.is_multiple_of(LOOKED_AT) {
             self.look(z, l, f);
         }
@@ -269,6 +278,9 @@ impl Sums {
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
+        if let Some(last) = all.z.last() {
+            self.pass(z0, last);
+        }
         let (m, count) = (self.powers.pairs, all.weight.len());
         let (mut delivered, mut dissipated, mut time) = (0.0, 0.0, 0.0);
         for (i, &weight) in all.weight.iter().enumerate() {
@@ -353,11 +365,34 @@ impl Sums {
         self.totals.peak = self.totals.peak.max(energy);
     }
 
-    /// Takes a jump.
-    pub fn jump(&mut self, before: &[f64], after: &[f64]) {
+    /// A step leads from `begin`, where the last one should have ended, to `end`.
+    fn pass(&mut self, begin: &[f64], end: &[f64]) {
+        if !self.left.is_empty() && self.left != begin {
+            let left = std::mem::take(&mut self.left);
+            self.compare(&left, begin);
+            self.left = left;
+        }
+        self.left.clear();
+        self.left.extend_from_slice(end);
+    }
+
+    /// What is stored in one state should be what is stored in the other.
+    fn compare(&mut self, one: &[f64], other: &[f64]) {
+        let change = 0.5 * self.powers.stored.at(|k| other[k] - one[k]).abs();
+        if worse(change, self.totals.unreported) {
+            self.totals.unreported = change;
+        }
+        self.totals.peak = self.totals.peak.max(self.powers.energy(other).abs());
+    }
+
+    /// Takes a jump; what it leads to is `reported`, or nothing is, where it is none.
+    pub fn jump(&mut self, before: &[f64], after: &[f64], reported: Option<&[f64]>) {
         if self.totals.first.is_none() {
             return;
         }
+        self.compare(reported.unwrap_or(before), after);
+        self.left.clear();
+        self.left.extend_from_slice(after);
         let change = self.powers.energy(after) - self.powers.energy(before);
         self.totals.jumped += change;
         self.totals.moved += change.abs();
@@ -392,6 +427,7 @@ impl Sums {
             drift: ratio(error, scale.max(f64::MIN_POSITIVE / TOLERANCE)),
             steps: self.totals.steps,
             step_error: self.errors.as_ref().map_or(0.0, StepErrors::result),
+            unreported: ratio(self.totals.unreported.sqrt(), self.totals.peak.sqrt()),
         }
     }
 }

@@ -50,7 +50,9 @@ impl Engine {
     pub(super) fn balance_jump(&mut self, origin: &[f64]) {
         if let Some(sums) = &mut self.energy_balance.sums {
             let r = &self.prepared.net.big_r;
-            sums.jump(&unknowns_of(r, origin), &unknowns_of(r, &self.state.a));
+            // where motions begin is compared with where the last ones ended by itself
+            let after = unknowns_of(r, &self.state.a);
+            sums.jump(&unknowns_of(r, origin), &after, Some(&after));
         }
     }
 

@@ -338,5 +338,6 @@ pub(super) fn balance_dict<'py>(py: Python<'py>, b: &Balance) -> PyResult<Bound<
     out.set_item(intern!(py, "drift"), b.drift)?;
     out.set_item(intern!(py, "steps"), b.steps)?;
     out.set_item(intern!(py, "step_error"), b.step_error)?;
+    out.set_item(intern!(py, "unreported"), b.unreported)?;
     Ok(out)
 }

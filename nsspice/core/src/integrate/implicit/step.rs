@@ -49,11 +49,9 @@ impl Stepper {
             }
             if let Some(cut) = cut {
                 self.state.u0.copy_from_slice(&self.state.u1);
-                let before = self.state.z.clone();
+                let (before, jumps) = (self.state.z.clone(), self.solver.stats.jumps);
                 self.enter(None, before.clone(), cut.state_jump);
-                if let Some(sums) = &mut self.recorder.sums {
-                    sums.jump(&before, &self.state.z);
-                }
+                self.account_for_jump(&before, jumps);
                 reached = Some(cut.target);
             } else if target.jump {
                 let side = fault!("source_left_limit", Side::Right, Side::Left);

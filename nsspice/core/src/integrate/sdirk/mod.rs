@@ -26,6 +26,7 @@ mod events;
 mod predict;
 mod quadrature_points;
 mod records;
+mod residual_checks;
 mod run;
 mod samples;
 mod step;

@@ -24,11 +24,10 @@ use crate::integrate::implicit::events::impacts::REST;
 use crate::integrate::implicit::failure::Failure;
 use crate::integrate::implicit::stepper::{Progress, Stepper};
 use crate::integrate::implicit::time_grid::{evaluate, known, next_breakpoint};
-use crate::rounding::OF_SOLUTION;
 use crate::row_clock::RowClock;
 use crate::sampling::Sampling;
 use crate::tolerances::ACCEPT;
-use crate::waveform::Side;
+use crate::waveform::{Side, INSTANT};
 use std::time::{Duration, Instant};
 
 /// Residual at which the iteration of a stage may end, as a part of the tolerance.
@@ -42,7 +41,7 @@ const INTERVAL: f64 = 2e-5;
 /// with a shorter step.
 const EARLY: f64 = 0.05;
 /// Steps between two looks at the clock, and between two checks of the residual.
-const LOOK: u64 = 16;
+pub(super) const LOOK: u64 = 16;
 
 /// Why a step ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -430,12 +429,10 @@ impl Sdirk {
                     continue;
                 }
                 self.counters.located += 1;
-                let time = (s.state.time + theta * self.trial.length).min(target);
-                self.accepted = Some(Accepted { theta, time, end: End::Event });
+                self.accepted = Some(self.at_event(s, theta, (target, at_target)));
             } else if let Some(theta) = if passed { None } else { self.arrives(s, limit) } {
                 self.counters.located += 1;
-                let time = (s.state.time + theta * self.trial.length).min(target);
-                self.accepted = Some(Accepted { theta, time, end: End::Event });
+                self.accepted = Some(self.at_event(s, theta, (target, at_target)));
             } else {
                 let (time, end) = if to_target {
                     (target, at_target)
@@ -471,31 +468,15 @@ impl Sdirk {
         }
     }
 
-    /// Checks the residual of the last stage now and then.
-    fn certify(&mut self, s: &mut Stepper) {
-        // Newton's method checks every solution
-        if s.solver.smooth.is_some()
-            || s.solver.stats.steps > 8 && !s.solver.stats.steps.is_multiple_of(4 * LOOK)
-        {
-            return;
-        }
-        let (n, last) = (s.state.z.len(), self.tableau.stages() - 1);
-        let trial = &mut self.trial;
-        trial.take_end(self.tableau);
-        let (z, guards) = trial.at.x.split_at_mut(n);
-        let pairs = s.state.active.iter().zip(&s.state.roles);
-        for (i, (g, (&active, &role))) in guards.iter_mut().zip(pairs).enumerate() {
-            // a step that is going to be cut may end beyond the root of a guard
-            let sign = trial.crossing || role == crate::mlcp::Role::Diode && active;
-            *g = self.stage_equations.resistances.multiplier(i, *g, active, role, sign);
-        }
-        let base = &trial.stages.bases[last];
-        let found = self.stage_equations.residual(s, trial.level, base, &trial.at.u, z, guards);
-        // what has decayed to rounding of the past has no digits left to be judged
-        let noise = |v: &[f64]| v.iter().all(|v| v.abs() <= OF_SOLUTION * self.scales.biggest());
-        let whole = self.accepted.is_some_and(|a| a.theta == 1.0) && !(noise(z) && noise(guards));
-        if whole || found.worst() <= ACCEPT {
-            s.solver.note(found);
+    /// A step that ends with a mode.  Within the rounding of instants a jump of a source comes first: what turns there
+    /// has not been searched for.
+    fn at_event(&self, s: &Stepper, theta: f64, (target, at_target): (f64, End)) -> Accepted {
+        let time = (s.state.time + theta * self.trial.length).min(target);
+        match at_target {
+            End::Breakpoint { calm: false } if target - time <= INSTANT * target => {
+                Accepted { theta, time: target, end: at_target }
+            }
+            _ => Accepted { theta, time, end: End::Event },
         }
     }
 

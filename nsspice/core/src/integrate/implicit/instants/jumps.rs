@@ -111,15 +111,29 @@ impl Stepper {
     /// step has to resolve it.
     pub(in crate::integrate) fn impulse_or_leave(&mut self) -> Outcome {
         let (z, l) = (self.state.z.clone(), self.state.l.clone());
+        let jumps = self.solver.stats.jumps;
         self.instants.stale = self.impulse(None, Start::Warm).is_err();
         if self.instants.stale {
             self.state.z = z;
             self.state.l = l;
             self.solver.forget_functions();
-        } else if let Some(sums) = &mut self.recorder.sums {
-            sums.jump(&z, &self.state.z);
+        } else {
+            self.account_for_jump(&z, jumps);
         }
         Ok(())
+    }
+
+    /// Tells the balance of a jump from `before`, which is reported if there are more than so many `jumps` now.
+    pub(in crate::integrate) fn account_for_jump(&mut self, before: &[f64], jumps: u64) {
+        let reported = match self.solver.stats.jumps > jumps {
+            // of later ones nothing is kept
+            true => Some(self.recorder.jumps.last().filter(|_| self.recorder.jumps.len() < MAX_JUMPS)),
+            false => None,
+        };
+        if let Some(sums) = &mut self.recorder.sums {
+            let after = reported.map(|jump| jump.map_or(&self.state.z[..], |jump| &jump.after));
+            sums.jump(before, &self.state.z, after);
+        }
     }
 
     /// The implicit reinitialising step: charges and fluxes jump so that all equations hold again.
