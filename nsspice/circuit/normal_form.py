@@ -168,7 +168,7 @@ def reference(mna: MnaSystem) -> Reference:
     Raises
     ------
     RegularityError
-        NS2063 if the island holds smooth nonlinear laws.
+        NS2063 if the island holds smooth nonlinear laws, or charges that are no states.
     """
     if mna.system.smooth is not None:
         smooth = ", ".join([d.name for d in mna.devices if d.smooth][:8])
@@ -182,7 +182,13 @@ def reference(mna: MnaSystem) -> Reference:
             )
         )
     windings = tight_windings(mna)
-    return _network(mna, normal_tree(mna, windings), windings)
+    tree = normal_tree(mna, windings)
+    stored = [b.device for b in tree.chosen("C", True) if not isinstance(b.device, Capacitor)]
+    if stored:
+        names = ", ".join(device.name for device in stored)
+        message = f"the charges of {names} are those of inner capacitors, not states of their own"
+        raise RegularityError(Diagnostic("NS2063", message, None, "use theta=1, or another method"))
+    return _network(mna, tree, windings)
 
 
 def _states(mna: MnaSystem, tree: NormalTree, windings: Sequence[Winding]) -> tuple[State, ...]:

@@ -37,10 +37,7 @@ _EXAMPLES = {
     "plecs": (("nsspice plecs device.xml", "a card with Eon, Eoff, Err and Foster tables"),),
     "fmu": (('nsspice fmu buck.net --input vg --signals "v(out)"', "buck.fmu: vg in, v(out) out"),),
     "serve-mcp": (("nsspice serve-mcp --folder .", "for an agent that starts it as a server"),),
-    "verify": (
-        ("nsspice run buck.net --archive result", "deck, rows, versions and hashes in a folder"),
-        ("nsspice verify result", "years later, on another machine: do the rows obey the deck?"),
-    ),
+    "verify": (("nsspice verify result", "what nsspice run buck.net --archive result has kept"),),
     "examples": (("nsspice examples copy buck", "a deck to start from"),),
 }
 

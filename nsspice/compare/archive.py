@@ -207,11 +207,11 @@ def verify(folder: str | Path) -> tuple[list[str], list[Verdict]]:
     Examples
     --------
     >>> import tempfile
-    >>> from nsspice.cli.app import main
+    >>> from nsspice.cli.run import command
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     deck = Path(folder, "rc.net")
     ...     _ = deck.write_text("RC\\nV1 a 0 1\\nR1 a b 1k\\nC1 b 0 1u ic=0\\n.tran 1u 1m uic\\n")
-    ...     main(["run", str(deck), "--archive", f"{folder}/result", "-q"], standalone_mode=False)
+    ...     command([str(deck), "--archive", f"{folder}/result", "-q"], standalone_mode=False)
     ...     changed, (verdict,) = verify(f"{folder}/result")
     >>> changed, verdict.passed, verdict.rows
     ([], True, 1001)

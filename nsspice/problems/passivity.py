@@ -118,7 +118,8 @@ def _acting(system: DescriptorSystem) -> Csc:
 
 def _semidefinite_full(full: Floats) -> bool:
     """Return True if the symmetric part is positive semidefinite, by dominance or eigenvalues."""
-    both = full + full.T
+    with np.errstate(over="ignore"):  # conductances at the end of the range of numbers
+        both = full + full.T
     diagonal = both.diagonal()
     columns = np.abs(both).sum(axis=0)
     # as diagonal >= (1 - 1e-12) times the others, |diagonal| being in both sums

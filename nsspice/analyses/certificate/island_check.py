@@ -23,7 +23,6 @@ from .free_currents import FreeCurrents
 from .impulse_signs import impulse_error
 from .impulses import delivered, followed, start_of, stored_functions
 from .uniqueness import Watcher
-from .written_rows import TOLERANCE
 
 if TYPE_CHECKING:
     from .expression_check import ExpressionCheck
@@ -34,6 +33,10 @@ _ALL = 40_000
 #: thousand, later as many as cost little compared with the run.
 _EVERY = 128
 _WINDOW = 1
+#: Part by which what is stored may change between two steps without a jump: as the root of its
+#: energy, relative to the largest.  What steps have missed over many of them is made up for where a
+#: loop of capacitors, or a cut set of inductors, is closed; that is no jump of the circuit.
+UNREPORTED = 1e-3
 #: what is looked at in all segments of the exact engine, and where the worst of each is
 _SIGNS = {"complementarity": "worst_pair", "gates": "worst_gate", "sources": "worst_source"}
 
@@ -172,9 +175,8 @@ class Examiner:
                     found[key], found[place] = segments[key], segments[place]
         # what changes without a report is a jump that nobody accounts for
         balance = found["boundaries"] if worse(found["boundaries"], balance) else balance
-        # steps know what is stored to what was asked of them
         unreported = sums["unreported"] if sums else 0.0
-        if worse(unreported, max(tolerance, TOLERANCE, balance)):
+        if worse(unreported, max(UNREPORTED, balance)):
             balance = unreported
         energy = None
         if sums is not None:

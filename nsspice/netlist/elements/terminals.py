@@ -45,8 +45,9 @@ class Terminals:
         chosen = self._items[self._at : self._at + count]
         if len(chosen) < count:
             message = f"{self.name}: {count} {what} are needed, {len(chosen)} given"
-            form = KINDS[self.name[0]].form
-            raise Unreadable("NS1008", message, self.span, f"write {form}")
+            kind = KINDS.get(self.name[0])
+            hint = f"write {kind.form}" if kind else ""
+            raise Unreadable("NS1008", message, self.span, hint)
         self._at += count
         line = self.line
         if not self._plain:

@@ -49,6 +49,7 @@ CASES = {
     "defw": (MOSFET, "defw=10u", ""),
     "defad": (MOSFET, "defad=1e-8", ""),
     "defas": (MOSFET, "defas=1e-8", ""),
+    "junctions": (RECTIFIER, "junctions=lines:0.05", ""),
     "mosfet": (MOSFET, "mosfet=switch", ""),
     "vgson": (MOSFET, "mosfet=switch vgson=10", "mosfet=switch"),
     "correctors": (

@@ -65,7 +65,8 @@ def laws() -> dict[str, type[Device]]:
 
 
 def test_every_law_has_an_example():
-    assert set(EXAMPLES) == set(laws())
+    # a delay is a part of an expression, and has no line of its own
+    assert set(EXAMPLES) == set(laws()) - {"Delayed"}
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES))

@@ -249,7 +249,8 @@ impl Auditor {
         let mut least = [0.0f64; 2];
         // after a jump potentials may be densities of impulses where nothing is stored, and measure no charge
         let rows = sides[1].iter().zip(&self.places.algebraic);
-        let after: Vec<f64> = rows.map(|(z, algebraic)| if *algebraic { 0.0 } else { *z }).collect();
+        let after: Vec<f64> =
+            rows.map(|(z, algebraic)| if *algebraic { 0.0 } else { *z }).collect();
         for z in [sides[0], &after] {
             self.reach.see(&self.arrays.kinds, z, &[], &mut largest);
         }

@@ -320,6 +320,7 @@ impl Sums {
 
     /// Takes a motion of some length, of which the integrals of both powers are known.
     pub fn motion(&mut self, length: f64, [dissipated, delivered]: [f64; 2]) {
+        self.left.clear(); // where a motion begins and ends is compared by those who know it
         self.rounded.motions = (self.rounded.motions.0 + 1, self.rounded.motions.1 + length);
         self.rounded.points += 1;
         self.totals.sum([delivered, dissipated, 0.0]);

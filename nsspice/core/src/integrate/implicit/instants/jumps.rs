@@ -123,11 +123,13 @@ impl Stepper {
         Ok(())
     }
 
-    /// Tells the balance of a jump from `before`, which is reported if there are more than so many `jumps` now.
+    /// Reports a jump to the balance from `before`, which is reported if there are more than so many `jumps` now.
     pub(in crate::integrate) fn account_for_jump(&mut self, before: &[f64], jumps: u64) {
         let reported = match self.solver.stats.jumps > jumps {
             // of later ones nothing is kept
-            true => Some(self.recorder.jumps.last().filter(|_| self.recorder.jumps.len() < MAX_JUMPS)),
+            true => {
+                Some(self.recorder.jumps.last().filter(|_| self.recorder.jumps.len() < MAX_JUMPS))
+            }
             false => None,
         };
         if let Some(sums) = &mut self.recorder.sums {
