@@ -202,7 +202,9 @@ class ModewiseStepper(Stepper):
             If the static equations have no solution.
         """
         static = MoreauStepper(self.system, ())
+        static.watch(1)
         static.start_dc(time, guess)
+        self.dc_records = static.take_records()
         self.dc_point = point, multipliers = static.state
         # where there may be several solutions, this is the one of its mode
         several = self.system.static or not self.system.passive

@@ -156,6 +156,8 @@ class Stepper(ABC):
         self._early: tuple[int, int] | None = None
         #: unknowns and multipliers of the DC solution with which the run begins, if it does
         self.dc_point: tuple[Floats, Floats] | None = None
+        #: the static solution as a record, where it is not among those of the run
+        self.dc_records: _core.Records | None = None
         #: the last call has ended at an instant beyond which a source is not known, or the run
         self.waits = self.done = False
         #: rows computed before the last failure

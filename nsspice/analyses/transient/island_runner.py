@@ -281,6 +281,8 @@ class IslandRunner:
             raise named_failure(
                 self.circuit, self.mna, problem, starting=True, given=analysis.uic
             ) from problem
+        if self.stepper.dc_records is not None:
+            self.examiner.take(self.stepper.dc_records)
         if self.step is not None and not self.stepper.jumps:
             point = self.stepper.dc_point
             wanted = None if point is None else self.mna.system.E.dot(point[0])
