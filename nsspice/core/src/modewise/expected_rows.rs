@@ -123,23 +123,13 @@ impl Engine {
 
     /// Brings all sums into outputs.
     fn expect(&mut self) {
-        let net = &self.prepared.net;
-        let (mut z, mut l) = (vec![0.0; net.n], vec![0.0; net.m]);
-        let (mut a, mut rates) = (vec![0.0; net.states], vec![0.0; net.n]);
         let mut row = vec![0.0; self.table.outputs.len()];
         let modes = std::mem::take(&mut self.table.expected.modes);
         // in the order of their numbers: sums must not depend on how they are kept
         let mut modes: Vec<(Id, OfMode)> = modes.into_iter().collect();
         modes.sort_by_key(|(id, _)| *id);
         for (_, of) in &modes {
-            self.unknowns(&of.mode, &of.x, &of.v, &of.d, &mut z, &mut l);
-            of.mode.leave(&of.rate, &of.d, &mut a);
-            let net = &self.prepared.net;
-            net.big_r.apply(&a, &mut rates);
-            let inputs = &self.prepared.inputs;
-            let u: Vec<f64> =
-                (0..inputs.waveforms().len()).map(|k| inputs.value_of(k, &of.v)).collect();
-            self.table.outputs.write(&z, &l, &rates, &u, &mut row);
+            self.outputs_of(&of.mode, [&of.x, &of.v, &of.d, &of.rate], &mut row);
             self.table.expected.rows.add(1.0, &row);
         }
         let series = std::mem::take(&mut self.table.expected.series);

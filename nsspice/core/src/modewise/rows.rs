@@ -182,27 +182,31 @@ impl Engine {
     /// Keeps the row at a time inside the segment, computed from the unknowns.
     fn refer_to(&mut self, label: f64) {
         let Some((_, mode)) = self.motion.present.clone() else { return };
-        let net = &self.prepared.net;
-        let (mut z, mut l) = (vec![0.0; net.n], vec![0.0; net.m]);
         let (mut x, mut v, mut d) = (vec![0.0; mode.n], vec![0.0; self.state.v.len()], Vec::new());
+        let (mut rate, mut row) = (vec![0.0; mode.n], vec![0.0; self.table.outputs.len()]);
         let mut point = Point::default();
         self.motion.path.at((label - self.span.time).max(0.0), &mut point);
         self.motion.path.state(&point, &mut x);
         self.motion.path.inputs(&self.motion.segment, &point, &mut v);
         self.motion.segment.rates(&v, &mut d);
-        self.unknowns(&mode, &x, &v, &d, &mut z, &mut l);
-        self.motion.path.state_rate(&point, &mut x);
+        self.motion.path.state_rate(&point, &mut rate);
+        self.outputs_of(&mode, [&x, &v, &d, &rate], &mut row);
+        self.table.references.push(label);
+        self.table.references.append(&mut row);
+    }
+
+    /// The outputs by the equations of a mode, of modal coordinates, inputs, and the rates of inputs and coordinates.
+    pub(super) fn outputs_of(&self, mode: &Mode, [x, v, d, rate]: [&[f64]; 4], row: &mut [f64]) {
+        let net = &self.prepared.net;
+        let (mut z, mut l) = (vec![0.0; net.n], vec![0.0; net.m]);
         let (mut a, mut rates) = (vec![0.0; net.states], vec![0.0; net.n]);
-        mode.leave(&x, &d, &mut a);
+        self.unknowns(mode, x, v, d, &mut z, &mut l);
+        mode.leave(rate, d, &mut a);
         net.big_r.apply(&a, &mut rates);
         let inputs = &self.prepared.inputs;
         let sources = inputs.waveforms().len();
-        let u: Vec<f64> = (0..sources).map(|k| inputs.value_of(k, &v)).collect();
-        let kept = &mut self.table.references;
-        let from = kept.len();
-        kept.resize(from + 1 + self.table.outputs.len(), 0.0);
-        kept[from] = label;
-        self.table.outputs.write(&z, &l, &rates, &u, &mut kept[from + 1..]);
+        let u: Vec<f64> = (0..sources).map(|k| inputs.value_of(k, v)).collect();
+        self.table.outputs.write(&z, &l, &rates, &u, row);
     }
 
     /// Some rows, computed once more, since the last call.
