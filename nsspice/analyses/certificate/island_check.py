@@ -94,7 +94,6 @@ class Examiner:
         rest = None if passive else mna.without_lines()
         #: what smooth laws store is no form of their unknowns, so that its energy is not known here
         self._passive = passive and system.smooth is None
-        self._observing = observing(system) if self._passive else None
         if not passive and (rest is None or not shows_passive(rest)):
             self._active = Watcher(system, H, step)
 
@@ -154,6 +153,8 @@ class Examiner:
         if turns:
             audit.check_turns(turns, tolerance)
         balance, jumped = 0.0, Jumped()
+        # eigenvalues may decide: only jumps ask for it
+        observed = observing(self.mna.system) if self._passive and jumps else None
         for number, jump in enumerate(jumps):
             charges, before = start_of(self.mna, jump, start if number == 0 else None)
             after = self.mna.system.E.dot(jump.after)
@@ -162,7 +163,7 @@ class Examiner:
             sizes = np.abs(charges) + np.abs(reached_functions)
             reached = self.mna.system.stored_energy(jump.after)
             given = delivered(self.mna, jump)
-            gave = None if self._observing is None else given + followed(self._observing, jump)
+            gave = None if observed is None else given + followed(observed, jump)
             error = audit.jump_error(moved, jump, sizes, gave)
             balance = error if worse(error, balance) else balance
             jumped.add(before, reached, given)
