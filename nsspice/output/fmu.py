@@ -16,9 +16,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ..analyses.request.controller import Controller
 from ..analyses.request.recorder import select
 from ..analyses.request.sampled import refuse_sampled
+from ..analyses.transient.held import HeldSources
+from ..analyses.transient.stepwise import checked_inputs
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import TranCard
@@ -72,8 +73,7 @@ def write_fmu(
         raise UsageError(Diagnostic("NS4008", f"an FMU is a .fmu file, not {path}", hint=hint))
     builder = _builder()
     refuse_sampled(circuit.deck, "an FMU")
-    # the checks of a controller's names are those of inputs
-    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).sources
+    held = HeldSources.of(circuit, checked_inputs(circuit, inputs)).values
     deck = circuit.deck
     card = next((c for c in deck.analyses if isinstance(c, TranCard)), None)
     options: dict[str, Any] = {"uic": bool(card and card.uic) if uic is None else uic}
@@ -82,7 +82,7 @@ def write_fmu(
     spec: dict[str, Any] = {
         "name": re.sub(r"\W", "_", path.stem),
         "title": deck.title,
-        "inputs": {fmi_name(name): (name, _held(circuit, name)) for name in names},
+        "inputs": {fmi_name(name): (name, value) for name, value in held.items()},
         "parameters": {fmi_name(name): (name, v) for name, v in deck.parameters.items()},
         "signals": {fmi_name(name): name for name in select(circuit, signals)},
         "options": options,
@@ -121,13 +121,6 @@ def _build(folder: Path, spec: dict[str, Any], deck: Any, builder: Any, path: Pa
     made = builder.build_FMU(script, dest=folder / "made", project_files=parts)
     with whole(path) as part:
         shutil.copy(made or folder / "made" / f"{spec['name']}.fmu", part)
-
-
-def _held(circuit: Circuit, name: str) -> float:
-    """Return the value of a source before anybody sets it [V or A]."""
-    import nsspice
-
-    return nsspice.start(circuit, [name], signals=[]).inputs[name]
 
 
 def _builder() -> Any:

@@ -133,7 +133,7 @@ class Plan:
 
 
 def _named(value: object) -> str:
-    """Return what stands for a value: of a function and an object without text its name."""
+    """Return the text of a value: of a function and an object without text its name."""
     plain = type(value).__repr__ is object.__repr__ or callable(value)
     return getattr(value, "__qualname__", type(value).__qualname__) if plain else str(value)
 

@@ -32,7 +32,7 @@ _STEPS = 4.0
 _JUMP = 1e-9
 #: what two pieces may differ by from one polynomial, in units of the error of a step, and at least
 _MERGED, _EXACT = 1e-2, 1e-13
-#: change of a slope over a piece, relative to the largest value, that is no error of a step
+#: change of a slope over a piece, relative to the largest value, at which no step has to end
 _KINK = 1e-3
 
 

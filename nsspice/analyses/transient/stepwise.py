@@ -241,6 +241,12 @@ def _forget(rows: Floats) -> None:
     """Take no rows: values are asked for where the run waits."""
 
 
+def checked_inputs(circuit: Circuit, names: Sequence[str]) -> Sequence[str]:
+    """Return independent sources that are set from outside; NS4005 for anything else."""
+    # the checks of a controller's names are those of inputs
+    return Controller(1.0, (), names, lambda time, values: None).checked(circuit).sources
+
+
 def start(
     circuit: Circuit,
     inputs: Sequence[str] = (),
@@ -296,8 +302,7 @@ def start(
     """
     need_circuit(circuit)
     refuse_sampled(circuit.deck, "a simulation step by step")
-    # the checks of a controller's names are those of inputs
-    names = Controller(1.0, (), inputs, lambda time, values: None).checked(circuit).sources
+    names = checked_inputs(circuit, inputs)
     settings = Settings.of(circuit.deck, method, None, step, reltol, None)
     analysis = Tran(stop, stop, 0.0, None, uic)
     return Simulation(circuit, names, select(circuit, signals), analysis, settings)

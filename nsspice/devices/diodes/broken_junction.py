@@ -205,7 +205,7 @@ class BrokenJunction:
 
 
 def _pairs(lines: JunctionLines) -> Iterator[_Pair]:
-    """Yield what stands for each knot."""
+    """Yield the pair of each knot."""
     current, depletion, transit = lines.current, lines.depletion, lines.transit
     for way, knots, share, store in (
         (1.0, current.forward, 1.0, transit),

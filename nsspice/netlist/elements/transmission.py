@@ -16,7 +16,7 @@ from .reading import Reader
 from .template import CodeTemplate, Port
 from .terminals import GROUND, Terminals
 
-#: what stands for the model of such a line
+#: the code model that a template names for such a line
 MODEL = "t"
 _KNOWN = {"z0", "zo", "td", "f", "nl", "ic", "rel", "abs"}
 
