@@ -191,8 +191,10 @@ class EffectsReport:
         """
         lines = source.splitlines()
         notes: list[str] = []
+        above: dict[int, list[str]] = {}
         rows = {row.edit: row for row in self.rows}
         bare = _made_bare(deck, self.dropped)
+        replaced = _replaced(self.dropped)
         for edit in sorted(self.dropped, key=lambda e: (e.span.line, e.span.column), reverse=True):
             note = (
                 f"* removed: {edit.name} ({edit.parameter}), "
@@ -203,7 +205,11 @@ class EffectsReport:
             elif edit.span.file != deck.file:
                 notes.append(f"{note}: to be removed in {edit.span.file}")
             else:
-                _leave_out(lines, edit, note, "ideal" if edit in bare else "")
+                if replaced.get(edit.target, edit) == edit:
+                    _leave_out(lines, edit, "ideal" if edit in bare else "")
+                above.setdefault(_first_line(lines, edit.span.line - 1), []).append(note)
+        for k in sorted(above, reverse=True):
+            lines[k:k] = above[k]
         head = (
             f"* recommended by nsspice effects, tolerance {self.tol:g}: {self.factor:.1f} times "
             f"faster, measures within {self.change:.1e}"
@@ -253,8 +259,8 @@ class EffectsReport:
         return figure
 
 
-def _leave_out(lines: list[str], edit: Edit, note: str, instead: str) -> None:
-    """Change the line of an edit, with a comment above it."""
+def _leave_out(lines: list[str], edit: Edit, instead: str) -> None:
+    """Change the line of an edit."""
     k = edit.span.line - 1
     text = lines[k]
     if edit.kind in ("ideal", "straight"):
@@ -270,10 +276,22 @@ def _leave_out(lines: list[str], edit: Edit, note: str, instead: str) -> None:
     else:
         first, last = edit.span.column - 1, edit.span.column - 1 + edit.span.length
         lines[k] = (text[:first] + instead + text[last:]).replace("  ", " ")
-    # a continuation belongs to the line above it: the comment goes before all of them
+
+
+def _first_line(lines: list[str], k: int) -> int:
+    """Return where the statement of a line begins: a comment goes above all its continuations."""
     while k > 0 and lines[k].lstrip().startswith("+"):
         k -= 1
-    lines.insert(k, note)
+    return k
+
+
+def _replaced(dropped: list[Edit]) -> dict[str, Edit]:
+    """Return the edit that decides about each card that is replaced as a whole, as `without` does.
+
+    Whatever else is left out of such a card is no longer there.
+    """
+    whole = [e for e in dropped if e.kind in ("ideal", "straight")]
+    return {e.target: e for e in sorted(whole, key=lambda e: e.name)}
 
 
 def _made_bare(deck: Deck, dropped: list[Edit]) -> set[Edit]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from pathlib import Path
 
 import pytest
 
 import nsspice
+from nsspice.netlist.deck import Deck
 from nsspice.screening import effects
 from nsspice.screening.candidates import candidates
 from nsspice.screening.edits import without
+from nsspice.screening.line_fit import straight
+from nsspice.screening.result import EffectRow, EffectsReport
 
 #: the drop of the diode costs 0.35 V of 12 V; the stray elements are worth microvolts, and the
 #: second diode, a junction that never conducts, is what forces steps with error control
@@ -137,6 +141,29 @@ def test_junctions_as_broken_lines_are_recommended_and_run() -> None:
     assert "* removed: junctions:" in text
     found = nsspice.read(text).run()[0].measures["mean"]
     assert found == pytest.approx(report.values["mean"], rel=1e-12)
+
+
+def test_a_deck_with_several_effects_less_is_the_circuit_that_was_run() -> None:
+    split = CURVED.replace(" CJO=60p", "\n+ CJO=60p")
+    for text in (CURVED, split):
+        circuit = nsspice.read(text)
+        edits = [*candidates(circuit, tol=4e-3), *straight(circuit, {"d1": 1.0, "d2": 0.0})]
+        assert len(edits) == 6
+        for count in (1, 2, 6):
+            for chosen in itertools.combinations(edits, count):
+                report = EffectsReport("", 1.0, [EffectRow(e, 0, "", 1, 1, "drop") for e in chosen])
+                written = nsspice.read(report.deck(text, circuit.deck)).deck
+                asked = without(circuit.deck, chosen)
+                assert laws(written) == laws(asked), [e.name for e in chosen]
+
+
+def laws(deck: Deck) -> list[tuple[object, ...]]:
+    """Return elements and the values of their cards without where they stand."""
+    found = []
+    for e in deck.elements:
+        card = {k: p.value for k, p in e.model.params.items()} if e.model else {}
+        found.append((e.name, e.nodes, e.value, sorted(card.items(), key=str)))
+    return found
 
 
 def test_broken_lines_are_no_candidate_beside_smooth_transistors() -> None:
