@@ -115,6 +115,7 @@ def write_archive(
         NS4001 if a file cannot be written.
     """
     try:
+        junctions = circuit.deck.options.get("junctions")
         sources = [f"{_SOURCES}/{name}" for name in store_deck(folder / _SOURCES, circuit.deck)]
         record = {
             "format": FORMAT,
@@ -127,6 +128,7 @@ def write_archive(
             "deck": sources[0],
             "parameters": circuit.deck.overrides,
             "seed": circuit.deck.seed,
+            "junctions": None if junctions is None else str(junctions.value),
             "stop": request.stop,
             "runs": [
                 {"table": table.name, **solution.to_dict()}
@@ -219,7 +221,12 @@ def verify(folder: str | Path) -> tuple[list[str], list[Verdict]]:
     folder = Path(folder)
     record = read_record(folder)
     changed = changed_files(folder, record)
-    circuit = read(folder / record["deck"], record["parameters"], seed=record["seed"])
+    circuit = read(
+        folder / record["deck"],
+        record["parameters"],
+        seed=record["seed"],
+        junctions=record.get("junctions"),  # folders of earlier versions do not say it
+    )
     outside = [p for p in circuit.deck.included if not _is_known(p, folder)]
     changed += [f"{path} is read from outside of the folder" for path in outside]
     jobs = jobs_of(circuit.deck)

@@ -128,5 +128,32 @@ def test_the_end_of_the_run_is_that_of_the_command(call: Call) -> None:
     assert found["runs"][0]["rows"] == 6  # type: ignore[index]
 
 
+LINES = """rectifier
+V1 a 0 SIN(0 5 1k)
+D1 a b dio
+R1 b 0 100
+.model dio D(IS=1n RS=0.1)
+.tran 1u 2m
+"""
+
+
+def test_junctions_are_read_as_the_command_said(call: Call) -> None:
+    Path("line.net").write_text(LINES, "utf-8")
+    assert call("run", "line.net", "--junctions", "lines", "--archive", "kept").exit_code == 0
+    record = Path("kept/run.json")
+    known = json.loads(record.read_text("utf-8"))
+    assert known["junctions"] == "lines"
+    assert judged(call)[0] == 0
+    # what the record says is obeyed: the same deck with a difference that cannot be asked for
+    record.write_text(json.dumps({**known, "junctions": "lines:7"}), "utf-8")
+    told = call("verify", "kept")
+    assert told.exit_code == 2
+    assert "junctions cannot be 'lines:7'" in told.stderr
+    # a folder of a version that did not note it is read as its deck says
+    del known["junctions"]
+    record.write_text(json.dumps(known), "utf-8")
+    assert judged(call)[0] == 0
+
+
 def test_a_folder_has_its_own_tables(call: Call, stored: Path) -> None:
     assert call("run", "buck.net", "--archive", "kept", "-o", "a.csv").exit_code == 2
