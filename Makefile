@@ -2,7 +2,7 @@
 #
 #   make run     virtual environment, build, simulate a real netlist, leave CSV and plot
 #   make test    everything a change must pass: Rust and Python tests, formats, types, lints
-#   make fmt lint type bench work-precision cross-check docs mutations soak clean
+#   make fmt lint type bench work-precision cross-check docs playground mutations soak clean
 
 PYTHON ?= python3
 VENV   ?= .venv
@@ -17,7 +17,7 @@ export PYTHONDONTWRITEBYTECODE :=
 LIBPYTHON = $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_config_var("LIBDIR") or "")')
 RUST_SOURCES := $(shell find nsspice/core/src -name '*.rs' 2>/dev/null) nsspice/core/Cargo.lock
 
-.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench core-bench bench-compare work-precision cross-check coverage docs mutations soak wheel clean
+.PHONY: run test setup check-rust rust-tools ngspice browser fmt lint type unit rust-test bench core-bench bench-compare work-precision cross-check coverage docs playground mutations soak wheel clean
 
 run: $(VENV)/.core
 	$(BIN)/nsspice run $(DECK) --plot
@@ -122,6 +122,10 @@ soak: $(VENV)/.dev
 docs: $(VENV)/.dev
 	$(BIN)/mkdocs build --strict
 	$(BIN)/python -m pytest tests/docs
+
+# the core for browsers, which `make docs` then puts into the site; needs Debian's packages, cargo, npm
+playground: $(VENV)/.dev
+	$(BIN)/python tools/playground/build.py
 
 wheel: $(VENV)/.dev
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .

@@ -1,4 +1,4 @@
-"""Figures of ideas: a diode's two rays, modes and events of a converter, a jump of charge."""
+"""Figures of ideas: a diode's two rays, modes, a jump of charge, a Zeno point, the certificate."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ def pictures(root: Path) -> dict[str, str | bytes]:
     return {
         "explanation/two-rays.svg": two_rays(),
         "explanation/modes.svg": modes((root / "netlists/converters/buck.net").read_text("utf-8")),
+        "explanation/zeno.svg": zeno(root / "netlists/pathological/slide_filippov_spiral.net"),
+        "explanation/residuals.svg": residuals(root / "netlists/converters/buck.net"),
         "how-to/jump.svg": jump(steady.deck_of(root, "jumps-and-impulses", "jump.net")),
     }
 
@@ -116,4 +118,50 @@ def jump(text: str) -> bytes:
     panel.set_ylabel("voltage [V]")
     panel.grid(visible=True, color="0.92")
     panel.legend(frameon=False, fontsize="small")
+    return _svg(figure)
+
+
+def zeno(deck: Path) -> bytes:
+    """Return currents whose signs change ever faster, and how the instants approach their limit."""
+    (solution,) = nsspice.read(deck).run()
+    fine = drawn(solution, ["i(l1)", "i(l2)"])
+    end = 0.9  # (|x0| + |y0|) / 2, as the deck derives
+    instants = sorted({e.time for e in solution.events if e.time < end - 1e-9})
+    figure = _figure(8.0, 3.0)
+    curves, distances = figure.subplots(1, 2)
+    for name, colour in (("i(l1)", _BLUE), ("i(l2)", _GREEN)):
+        curves.plot(fine.time, fine[name], color=colour, linewidth=1.6, label=name)
+    for instant in instants:
+        curves.axvline(instant, color=_RED, linewidth=0.9, linestyle=":")
+    curves.set_xlim(0.0, 1.1)
+    curves.set_xlabel("time [s]")
+    curves.set_ylabel("current [A]")
+    curves.legend(frameon=False, fontsize="small")
+    left = [end - t for t in instants]
+    distances.semilogy(range(1, len(left) + 1), left, "o", color=_RED, markersize=4)
+    distances.set_xlabel("change of sign")
+    distances.set_ylabel("time left to the limit [s]")
+    distances.grid(visible=True, color="0.92")
+    return _svg(figure)
+
+
+def residuals(deck: Path) -> bytes:
+    """Return the current law of a node at every row, as it was run and with one wrong current."""
+    rows = nsspice.tran(nsspice.read(deck), stop=2e-4, uic=True, signals=["all", "alli"])
+    inward, outward = rows["i(l1)"], rows["i(c1)"] + rows["i(rload)"]
+    wrong = outward.copy()
+    wrong[400] *= 1.0 + 1e-6
+    figure = _figure(8.0, 3.0)
+    panel = figure.subplots()
+    largest = float(np.max(np.abs(outward)))
+    shown = ((wrong, _RED, "one current off by a millionth"), (outward, _BLUE, "as it was run"))
+    for current, colour, label in shown:
+        error = np.maximum(np.abs(inward - current) / largest, 1e-17)
+        panel.semilogy(1e6 * rows.axis, error, ".", color=colour, markersize=4, label=label)
+    panel.axhline(1e-8, color="black", linewidth=1.2)
+    panel.text(2.0, 1.6e-8, "bound", fontsize="small")
+    panel.set_ylim(3e-18, 1e-5)
+    panel.set_xlabel("time [µs]")
+    panel.set_ylabel("residual of KCL at out")
+    panel.legend(loc="center right", frameon=False, fontsize="small")
     return _svg(figure)

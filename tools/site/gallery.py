@@ -131,8 +131,12 @@ def entry(netlist: Path, picture: str | None, drawing: str | None) -> str:
         parts.append(f"![schematic of {netlist.stem}]({drawing}){{ .schematic loading=lazy }}\n")
     if picture:
         parts.append(f"![waveforms of {netlist.stem}]({picture}){{ .waveform loading=lazy }}\n")
-        parts.append(f"[Explore the waveforms]({picture.removesuffix('.svg')}.report.html)\n")
-    if "refused" in expected:
+        parts.append(f"[Explore the waveforms]({picture.removesuffix('.svg')}.report.html) ·")
+    if "refused" not in expected:
+        deck = f"{netlist.parent.name}/{netlist.stem}"
+        # no link of Markdown: the part behind # is for the page's script
+        parts.append(f'<a href="../../playground/#deck={deck}">Run it in the browser</a>\n')
+    else:
         parts.append(f"Must be refused with `{expected['refused']['code']}`.\n")
     rows = [f"| {line(c)} | {'met' if report.passed else 'MISSED'} |" for c in checks(expected)]
     if rows:

@@ -19,6 +19,7 @@ import concepts
 import equations
 import gallery
 import parameters
+import playground
 import spice_lexer
 import steady
 import tutorial
@@ -46,6 +47,7 @@ def on_files(files: Files, config: Any) -> Files:
         **equations.pictures(Path(config.config_file_path).parent),
         **steady.pictures(Path(config.config_file_path).parent),
         **concepts.pictures(Path(config.config_file_path).parent),
+        **playground.files(Path(config.config_file_path).parent),
         **tutorial.shown(Path(config.config_file_path).parent)[1],
     }
     for name, content in pages.items():
