@@ -34,6 +34,7 @@ _COMMANDS = {
     "verify": "certify a stored result again, without running it",
     "examples": "list or copy the collection of netlists",
     "plecs": "turn a PLECS thermal description into a model card",
+    "magnetics": "write currents and voltages of windings for OpenMagnetics",
     "fmu": "export a deck as an FMU for co-simulation",
     "serve-mcp": "serve decks to agents over MCP",
     "completion": "let the shell complete commands and options",

@@ -35,6 +35,9 @@ _EXAMPLES = {
         ("nsspice draw buck.net --at 12u", "who conducts after 12 us is green"),
     ),
     "plecs": (("nsspice plecs device.xml", "a card with Eon, Eoff, Err and Foster tables"),),
+    "magnetics": (
+        ("nsspice magnetics flyback.net --winding lp --winding ls", "one period of both windings"),
+    ),
     "fmu": (('nsspice fmu buck.net --input vg --signals "v(out)"', "buck.fmu: vg in, v(out) out"),),
     "serve-mcp": (("nsspice serve-mcp --folder .", "for an agent that starts it as a server"),),
     "verify": (("nsspice verify result", "what nsspice run buck.net --archive result has kept"),),
