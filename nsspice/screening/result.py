@@ -288,7 +288,7 @@ def _first_line(lines: list[str], k: int) -> int:
 def _replaced(dropped: list[Edit]) -> dict[str, Edit]:
     """Return the edit that decides about each card that is replaced as a whole, as `without` does.
 
-    Whatever else is left out of such a card is no longer there.
+    Anything else that is left out of such a card is no longer there.
     """
     whole = [e for e in dropped if e.kind in ("ideal", "straight")]
     return {e.target: e for e in sorted(whole, key=lambda e: e.name)}

@@ -7,6 +7,7 @@ the place where it is loaded, and what runs then by the installed program.
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -149,3 +150,13 @@ def test_the_page_loads_python_and_asks_for_numpy(site: Path, tmp_path: Path) ->
     ]
     assert said["stages"][-1].startswith("numpy could not be loaded.")
     assert said["button"] == "Run"
+
+
+def test_a_machine_that_cannot_build_the_core_is_told_what_it_lacks(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "tools" / "playground" / "build.py")],
+        capture_output=True, text=True, check=False, env={**os.environ, "PATH": str(tmp_path)},
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "the playground cannot be built here" in done.stderr
+    assert all(f"{name} is missing" in done.stderr for name in ("apt-get", "cargo", "npm"))
