@@ -243,10 +243,11 @@ C3 y 0 1u
 def test_margins_of_a_loop_are_drawn_and_listed(tmp_path: Path) -> None:
     """20 / (1 + s)^3: magnitude 1 at tan(phi) = sqrt(20^(2/3) - 1); phase -180 at tan = sqrt(3)."""
     said = used(report(LOOP, tmp_path / "loop.html"), """
-        all("[role=tab]")[1].click(); say("verdict", $(".verdict b").textContent);
+        say("first", $("[aria-selected=true]").textContent); say("verdict", $(".verdict b").textContent);
         say("margins", cells(all("table").find(t => t.textContent.includes("phase margin"))));
         say("labels", all(".plot").map(p => p.getAttribute("aria-label")));
     """)  # fmt: skip
+    assert said["first"] == "loop"
     assert said["verdict"] == "Response"
     assert said["labels"] == ["magnitude: t", "phase: t"]
     phase, gain = (row for row in said["margins"] if "margin, at" in row[0])  # type: ignore[attr-defined]
@@ -346,14 +347,26 @@ def test_a_report_fits_a_phone(deck: str, tmp_path: Path, buck: Path) -> None:
     script = """
         const inside = () => $("iframe").contentDocument;
         await until(() => inside()?.querySelector("[role=tab], .verdict"));
+        const pen = $("iframe").contentWindow.CanvasRenderingContext2D.prototype;
+        const draw = pen.fillText;
+        const labels = [], cut = [];
+        pen.fillText = function (text, x, y) {
+          if (text.includes("margin ")) {
+            labels.push(text);
+            if (x < 0 || x + this.measureText(text).width > this.canvas.width) cut.push(text);
+          }
+          draw.call(this, text, x, y);
+        };
         [...inside().querySelectorAll("[role=tab]")].at(-1)?.click();
         await until(() => inside().querySelector(".verdict") && inside().readyState == "complete");
         await say({ width: inside().documentElement.scrollWidth,
-          plots: inside().querySelectorAll("canvas").length });
+          plots: inside().querySelectorAll("canvas").length, labels, cut });
     """
     said = page_used(found_browser(), folder, "", script, tmp_path / "profile")
     assert 300 < said["width"] <= 390
     assert said["plots"] >= 2
+    assert said["cut"] == []
+    assert (len(said["labels"]) >= 2) is (deck == "loop")
 
 
 def test_thinning_keeps_every_extreme_and_the_averages() -> None:

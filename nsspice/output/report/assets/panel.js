@@ -59,7 +59,8 @@ function panel(box, spec) {
       else line(X(m.x), Y(m.y), X(m.x), Y(m.to), style.text);
       if (m.text) {
         pen.save(); pen.textAlign = "left"; pen.fillStyle = style.text; pen.font = `${12 * ratio}px system-ui, sans-serif`;
-        pen.fillText(m.text, X(m.x) + 6 * ratio, (Y(m.y) + Y(m.to)) / 2 + 4 * ratio); pen.restore();
+        const gap = 6 * ratio, wide = pen.measureText(m.text).width, fits = X(m.x) + gap + wide <= left + width;
+        pen.fillText(m.text, fits ? X(m.x) + gap : Math.max(left, X(m.x) - gap - wide), (Y(m.y) + Y(m.to)) / 2 + 4 * ratio); pen.restore();
       }
     }
     for (const [name, x] of Object.entries(spec.places?.() ?? {})) {

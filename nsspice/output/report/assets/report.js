@@ -58,4 +58,4 @@ const page = el("section");
 root.replaceChildren(el("h1", {}, data.title), tabs, page, el("h2", {}, `The deck, ${data.file}`));
 if (data.warnings.length) root.append(el("pre", { tabindex: 0 }, data.warnings.join("\n")));
 root.append(el("pre", { tabindex: 0 }, data.deck), el("footer", {}, document.querySelector("meta[name=generator]").content));
-show(0);
+show(Math.max(0, data.groups.findIndex(g => g.label !== "op"))); // an operating point is seldom why one looks
