@@ -243,7 +243,8 @@ C3 y 0 1u
 def test_margins_of_a_loop_are_drawn_and_listed(tmp_path: Path) -> None:
     """20 / (1 + s)^3: magnitude 1 at tan(phi) = sqrt(20^(2/3) - 1); phase -180 at tan = sqrt(3)."""
     said = used(report(LOOP, tmp_path / "loop.html"), """
-        say("first", $("[aria-selected=true]").textContent); say("verdict", $(".verdict b").textContent);
+        say("first", $("[aria-selected=true]").textContent);
+        say("verdict", $(".verdict b").textContent);
         say("margins", cells(all("table").find(t => t.textContent.includes("phase margin"))));
         say("labels", all(".plot").map(p => p.getAttribute("aria-label")));
     """)  # fmt: skip
