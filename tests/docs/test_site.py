@@ -132,6 +132,15 @@ def test_the_tutorial_shows_schematics_results_and_pictures() -> None:
     assert "error NS" in text.partition("## 9.")[2]
 
 
+def test_every_folder_of_netlists_has_a_page_in_the_menu() -> None:
+    import gallery
+
+    folders = {path.parent.name for path in (ROOT / "netlists").glob("*/*.net")}
+    assert set(gallery.HEADINGS) == folders
+    menu = (ROOT / "mkdocs.yml").read_text("utf-8")
+    assert all(f": gallery/{name}.md\n" in menu for name in folders)
+
+
 def test_thumbnails_lead_to_sections_of_the_gallery() -> None:
     import gallery
 

@@ -31,6 +31,7 @@ HEADINGS = {
     "steady": "Periodic steady states",
     "smooth": "Rectifiers with SPICE's smooth diodes",
     "bipolar": "Bipolar transistors",
+    "devices": "MOSFETs, IGBTs, hysteresis",
     "thesis": "The thesis as circuits",
     "pathological": "Hard cases",
 }
