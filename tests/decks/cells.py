@@ -20,12 +20,36 @@ SHARP = (
 )
 
 
-def leg(cells: int, stop: float = 20e-3, *, sharp: bool = False, more: str = "") -> str:
-    """Half bridges of 1 kV, complementary switches with diodes, carriers shifted in phase."""
+def leg(
+    cells: int,
+    stop: float = 20e-3,
+    *,
+    sharp: bool = False,
+    more: str = "",
+    dead: float = 0.0,
+    blocked: float | None = None,
+    off: str = "1g",
+) -> str:
+    """Half bridges of 1 kV, complementary switches with diodes, carriers shifted in phase.
+
+    Both switches of a cell are open for a time ``dead`` [s] while carrier and reference cross
+    (where the reference stands still), and from an instant ``blocked`` [s] on; open they have
+    ``off`` [Ohm].
+    """
     half, carrier, edge = 500 * cells, 1e-3, "1n" if sharp else "0"
     lines = [f"leg of {cells} cells an arm", f"Vp dcp 0 {half}", f"Vn 0 dcn {half}"]
     lines += ["Vru ru 0 SIN(0.5 -0.45 50)", "Vrl rl 0 SIN(0.5 0.45 50)"]
+    # the references of upper and lower switches are the same until they are beyond all carriers
+    references = {arm: (f"r{arm}", f"r{arm}") for arm in "ul"}
+    if blocked is not None:
+        for arm in "ul":
+            references[arm] = (f"g{arm}", f"h{arm}")
+            lines += [
+                f"V{node}{arm} {node}{arm} r{arm} PULSE(0 {volts} {blocked} 0 0 1)"
+                for node, volts in (("g", -2), ("h", 2))
+            ]
     for arm, top, bottom, shift in (("u", "dcp", "um", 0.0), ("l", "lm", "dcn", 0.5)):
+        first, second = references[arm]
         for k in range(cells):
             name = f"{arm}{k}"
             delay = (k + shift) / cells * carrier
@@ -33,16 +57,19 @@ def leg(cells: int, stop: float = 20e-3, *, sharp: bool = False, more: str = "")
             after = bottom if k == cells - 1 else f"x{name}"
             lines += [
                 f"Vc{name} c{name} 0 PULSE(0 1 {delay:.9g} 0.5m 0.5m {edge} 1m)",
-                f"S1{name} {top} p{name} r{arm} c{name} cmp",
+                f"S1{name} {top} p{name} {first} c{name} cmp",
                 f"D1{name} {top} p{name} dm",
-                f"S2{name} {top} {after} c{name} r{arm} cmp",
+                f"S2{name} {top} {after} c{name} {second} cmp",
                 f"D2{name} {after} {top} dm",
                 f"C{name} p{name} {after} 2m IC=1000",
             ]
             top = after
     lines += ["Lu um a 2m IC=0", "Ll a lm 2m IC=0", f"Rl a b {5 * cells}"]
     lines += [f"Lo b 0 {5e-3 * cells:.9g} IC=0", more]
-    return _deck(lines, 10e-6, stop, 10e-6, "i(lo)", sharp)
+    deck = _deck(lines, 10e-6, stop, 10e-6, "i(lo)", sharp)
+    # a carrier passes a band of twice the threshold
+    deck = deck.replace("VT=0)", f"VT={dead / carrier:.9g})")
+    return deck.replace("Roff=1g", f"Roff={off}")
 
 
 def string(panels: int, *, sharp: bool = False) -> str:

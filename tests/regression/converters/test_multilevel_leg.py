@@ -53,3 +53,36 @@ def test_a_large_leg_needs_no_closed_form() -> None:
     assert run.certificate is not None
     assert run.certificate.passed
     assert run.stats["reduced"] == 0
+
+
+def test_dead_time_and_blocking() -> None:
+    """While both switches of a cell are open its diodes decide: blocked cells are only charged."""
+    dead, blocked = 1e-6, 5e-3
+    cells = [f"v(p{arm}{k},x{arm}{k})" for arm in "ul" for k in (0, 7)]
+    signals = [*cells, "i(lo)", "i(lu)", "i(ll)"]
+    deck = leg(16, 8e-3, dead=dead, blocked=blocked, off="1meg")
+    run = nsspice.tran(nsspice.read(deck), method="modewise", signals=signals)
+    assert run.certificate is not None
+    assert run.certificate.passed
+    turns = [event for event in run.events if event.element.startswith("s")]
+    assert max(event.time for event in turns) == pytest.approx(blocked, rel=1e-12)
+    # a carrier of 2 V/ms and a reference of 141 V/s at most, in the same direction or against it
+    least, most = (dead * 2000 / (2000 + sign * 45 * np.pi) for sign in (1, -1))
+    for cell in ("u0", "l3"):
+        own = sorted((e.time, e.change) for e in turns if e.element[2:] == cell)
+        between = [turn for turn in own if 1e-5 < turn[0] < blocked * (1 - 1e-9)]
+        opens = [time for time, change in between if change == "off"]
+        closes = [time for time, change in between if change == "on"]
+        assert len(opens) == len(closes) >= 8
+        gaps = np.subtract(closes, opens)
+        assert least * (1 - 1e-9) < gaps.min() < gaps.max() < most * (1 + 1e-9)
+    late = run.time > blocked
+    for name in cells:
+        # but for what two parallel open pairs take from 2 mF within a row
+        leak = run[name].max() / 0.5e6 * 10e-6 / 2e-3
+        assert np.diff(run[name][late]).min() > -1.001 * leak
+    # the cells that the currents charge bring them to nothing
+    assert abs(run["i(lu)"][late][0]) > 10.0
+    assert np.abs([run[name][-1] for name in ("i(lu)", "i(ll)", "i(lo)")]).max() < 0.1
+    # i(lo) leaves the star of the three inductors
+    assert np.abs(run["i(lu)"] - run["i(ll)"] - run["i(lo)"]).max() < 1e-9 * 80
