@@ -316,12 +316,12 @@ class _Run:
 
     def _draw(self, k: int, solution: Any) -> Path | None:
         """Draw a run; those of a ``.step`` are one picture, when the last of them is done."""
-        from ..analyses.request.recorder import select
-        from ..output.overlay import plot
-
         path = self.plots[k]
         if path is None or solution.axis.size < 2:
             return None
+        from ..analyses.request.recorder import select
+        from ..output.overlay import plot
+
         groups = [select(self.circuit, group) for group in self.groups]
         if self.plots.count(path) == 1:
             solution.plot(path, groups or None, dark=self.dark)
@@ -352,10 +352,10 @@ class _Run:
 
     def _write_report(self) -> None:
         """Write the page of all runs so far."""
-        from ..output.report import write_report
-
         if self.report is None or not self.solutions:
             return
+        from ..output.report import write_report
+
         write_report(self.circuit, self.solutions, self.report)
         if not (self.quiet or self.as_json):
             say(f"  written: {self.report}")

@@ -30,6 +30,8 @@ def show_steps(title: str, jobs: Sequence[Job], solutions: Sequence[Solution]) -
     jobs, solutions : sequence
         Solutions may be fewer, where a run failed or was interrupted.
     """
+    if not any(job.steps for job in jobs):
+        return
     import numpy as np
 
     from ..analyses.solution.refusal import failure_of

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from html import escape
 from importlib import import_module
 from typing import Any
 
@@ -58,6 +57,8 @@ class _Bar:
         if now < self._next:
             return
         self._next = now + _PAUSE
+        from html import escape  # its table of entities is large
+
         text = f"{escape(self._title)} <progress value={done:.3f} max=1></progress> {done:.0%}"
         self._show(text)
 
