@@ -388,6 +388,16 @@ class IslandRunner:
             element = self.mna.pair_elements[pair]
             rested[element] = min(time, rested.get(element, time))
         found += resting(self.circuit, rested)
+        if self.method == "moreau" and self.settings.method == "auto" and not self.settings.stepped:
+            names = ", ".join(d.name for d in self.island.devices[:3])
+            found.append(
+                Diagnostic(
+                    "NS3069",
+                    f"steps of first order around {names}, with an error that nothing controls",
+                    hint=f"{self.note}; or set a shorter step= and compare",
+                    severity="warning",
+                )
+            )
         if (torn := self.stepper.unbounded) is not None:
             found.append(unbounded(self.circuit, self.mna, *torn))
         return found

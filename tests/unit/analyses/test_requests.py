@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.analyses.request import method
 from nsspice.problems import Csc, DescriptorSystem, Functional, Switch
 from nsspice.solvers.modewise import ModewiseStepper
 from nsspice.solvers.moreau import MoreauStepper
@@ -167,3 +168,19 @@ def test_solutions_are_compared_as_objects() -> None:
 def test_one_method_may_be_a_text() -> None:
     report = nsspice.cost(nsspice.read(TEXT), methods="moreau", limit=1e-3)
     assert {row.method for row in report.rows} == {"moreau"}
+
+
+def test_first_order_steps_are_not_taken_without_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = "half wave\nV1 a 0 SIN(0 1 1k)\nD1 a b dm\nR1 b 0 1k\nC1 b 0 1u\n.model dm D(ideal)\n"
+    circuit = nsspice.read(text + ".tran 10u 1m\n.end")
+    assert "NS3069" not in [w.code for w in nsspice.tran(circuit).warnings]
+    monkeypatch.setattr(method, "AUTO_LIMIT", 1)
+    monkeypatch.setattr(method, "CONTROL_LIMIT", 1)
+    run = nsspice.tran(circuit)
+    (warning,) = (w for w in run.warnings if w.code == "NS3069")
+    assert run.islands[0].method == "moreau"
+    assert "first order" in warning.message
+    assert "method=sdirk" in warning.hint
+    # who asks for fixed steps knows
+    for asked in ({"method": "moreau"}, {"step": 1e-6}):
+        assert "NS3069" not in [w.code for w in nsspice.tran(circuit, **asked).warnings]
