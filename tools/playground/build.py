@@ -138,8 +138,9 @@ def wheel(module: Path, abi: str) -> Path:
 
 
 def is_needed(file: Path) -> bool:
-    """Return whether a file of the package goes into the wheel."""
-    return "__pycache__" not in file.parts and file.suffix not in {".so", ".pyc", ".pyi", ".toml"}
+    """Return whether a file of the package goes into the wheel: no expected results of netlists."""
+    left_out = {".so", ".pyc", ".pyi", ".toml", ".csv", ".md"}
+    return "__pycache__" not in file.parts and file.suffix not in left_out
 
 
 def record(contents: Mapping[str, bytes], own: str) -> str:
