@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -175,12 +175,23 @@ def parser() -> Path:
     return path
 
 
-def main(arguments: Sequence[str]) -> int:
+def main() -> int:
     """Build everything, or say what is missing."""
     found = lacking()
+    try:
+        if not found:
+            build()
+    except subprocess.CalledProcessError as error:
+        found = [f"this failed: {' '.join(map(str, error.cmd))}"]
+        if error.cmd[0] == "apt-get":
+            found.append("apt-get update first; the packages are those of Debian bookworm (amd64)")
     if found:
         print("the playground cannot be built here:", *found, sep="\n  ", file=sys.stderr)
-        return 1
+    return 1 if found else 0
+
+
+def build() -> None:
+    """Build everything."""
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     pyodide = web()
@@ -199,8 +210,7 @@ def main(arguments: Sequence[str]) -> int:
     for path in sorted(OUT.rglob("*")):
         if path.is_file():
             print(f"{path.stat().st_size:>10} {path.relative_to(ROOT)}")
-    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
