@@ -260,7 +260,8 @@ impl Scratch {
     /// The residual measures slacks by all voltages of the network.  In very short steps those of
     /// the inductors are so large that volts hide behind them, and next to kilovolts elsewhere a diode
     /// might bear microvolts forward; here slacks are measured by the voltages that meet in them, and
-    /// multipliers by the currents that they balance, but for rounding.
+    /// multipliers by the currents that they balance, but for rounding.  A slack that is an equation of the
+    /// mode has no other rounding than that of its own terms.
     pub fn judge_strictly(&mut self) -> Option<Residual> {
         let found = self.judge()?;
         if self.flawless() {
@@ -274,7 +275,7 @@ impl Scratch {
 
     /// Whether the pairs of the point judged last obey their laws (see `judge_strictly`).
     fn flawless(&self) -> bool {
-        let Scratch { model, roles, x, terms, defect, .. } = self;
+        let Scratch { model, roles, x, terms, defect, active, .. } = self;
         let n = model.n;
         let largest = |v: &[f64]| v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         let mut rows = [0.0f64; 2];
@@ -283,15 +284,17 @@ impl Scratch {
         }
         // unless they are rounding of the largest of the pairs, or of what meets in the rows
         let current = OF_SOLUTION * largest(&x[n..]).max(rows[0]);
-        let voltage = OF_SOLUTION * largest(&terms[n..]).max(rows[1]);
+        let solved = OF_SOLUTION * largest(&terms[n..]);
+        let voltage = solved.max(OF_SOLUTION * rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
             // a flaw is clearly more than what an equation may be missed by, too, as a part of its own terms
             let current = current.max(ACCEPT / CLEARLY * model.multiplier_terms(i, terms));
-            let voltage = voltage.max(ACCEPT / CLEARLY * terms[n + i]);
-            let (no_l, no_w) = (l.abs() <= current, w.abs() <= voltage);
+            let own = ACCEPT / CLEARLY * terms[n + i];
+            let (no_l, no_w) = (l.abs() <= current, w.abs() <= solved.max(own));
             match role {
-                Role::Diode => (no_l && w >= -voltage) || (no_w && l >= -current),
+                Role::Diode if active[i] => no_w && l >= -current,
+                Role::Diode => no_l && w >= -voltage.max(own),
                 Role::Closed => no_w,
                 Role::Open => no_l,
             }

@@ -203,3 +203,29 @@ fn currents_that_vanish_are_no_failure() {
     close(a.z[3], 2.0, 1e-12);
     close(a.z[4], 3.0, 1e-12);
 }
+
+#[test]
+fn a_switch_that_closes_beside_a_conducting_diode_takes_over() {
+    // a step of 1e-18 s in which the diode's 0.7 V cannot stay across the switch, however large the
+    // voltage is that would change the current of the inductor
+    let (short, charge, current) = (1e18, 1e-9 * 0.7, 1.0);
+    let mut net = Net::new(1);
+    net.capacitor(1, 0, 1e-9 * short, 0.7).inductor(0, 1, 1e-4 * short, current);
+    net.switch(1, 0, true).real_diode(1, 0, 0.7, 0.0);
+    let a = net.solve_from(&[0.7, current], &[0.0, current], Start::Warm).unwrap();
+    close(a.z[0], 0.0, 1e-15);
+    close(a.l[0] / (charge * short + current), 1.0, 1e-12);
+    close(a.l[1], 0.0, 0.0);
+}
+
+#[test]
+fn of_two_conducting_diodes_the_one_of_the_lower_drop_takes_over() {
+    let (short, charge, current) = (1e18, 1e-9 * 0.4, 1.0);
+    let mut net = Net::new(1);
+    net.capacitor(1, 0, 1e-9 * short, 0.7).inductor(0, 1, 1e-4 * short, current);
+    net.real_diode(1, 0, 0.3, 0.0).real_diode(1, 0, 0.7, 0.0);
+    let a = net.solve_from(&[0.7, current], &[current, current], Start::Warm).unwrap();
+    close(a.z[0], 0.3, 1e-15);
+    close(a.l[0] / (charge * short + current), 1.0, 1e-12);
+    close(a.l[1], 0.0, 0.0);
+}
