@@ -17,12 +17,11 @@
 
 use super::judge::EXCUSED;
 use super::matrix::Entries;
+use super::probe::Probe;
+use crate::dense::largest_of_kinds;
 use crate::descriptor::Linear;
-use crate::linear::{ordering, Factor};
 use crate::rounding::of_elimination;
-use crate::sparse::Csc;
 use crate::tolerances::CLEARLY;
-use std::sync::Arc;
 
 /// The largest sizes of a segment.
 #[derive(Clone, Debug, Default)]
@@ -38,14 +37,6 @@ pub(super) struct Sizes {
     largest: [f64; 2],
 }
 
-/// A factorised mode.
-struct Probe {
-    factor: Factor,
-    /// of each equation
-    scale: Vec<f64>,
-    rate: f64,
-}
-
 /// Carries rounding to pairs and controls.
 pub(super) struct Forward {
     e: Entries,
@@ -58,13 +49,18 @@ pub(super) struct Forward {
     kinds: Vec<u8>,
     /// factors of the energy in each unknown
     diagonal: Vec<f64>,
-    /// laws of currents that each pair feeds
+    /// laws of currents that each pair feeds, and whether there are any (1): its multiplier is a current
     feeds: Vec<Vec<usize>>,
+    currents: Vec<u8>,
     /// sizes of the terms of laws and pairs, the largest of the run: of currents and of voltages
     most: [f64; 2],
     conducts: Vec<bool>,
     rates: [f64; 2],
+    /// a short step and a long one, once they are asked for, and whether they are those of the present mode
     probes: Option<[Probe; 2]>,
+    probed: bool,
+    /// terms of each slack, by unknowns and multipliers
+    slacks: Vec<Vec<(usize, f64)>>,
     /// sensitivities in this segment: of unknowns and multipliers, slacks, then controls
     known: Vec<(usize, [Vec<f64>; 2])>,
     /// mode equations that had to be factorised
@@ -81,6 +77,9 @@ impl Forward {
         currents.for_each(|(row, pair, _)| feeds[pair].push(row));
         let [e, g, a, b, d, s] =
             [&linear.e, &linear.g, &linear.a, &linear.b, &linear.d, &linear.s].map(Entries::new);
+        let mut slacks = vec![Vec::new(); m];
+        b.entries().for_each(|(pair, column, v)| slacks[pair].push((column, -v)));
+        d.entries().for_each(|(pair, other, v)| slacks[pair].push((n + other, v)));
         Forward {
             e,
             g,
@@ -91,11 +90,14 @@ impl Forward {
             q: linear.q.clone(),
             kinds: linear.row_kind.clone(),
             diagonal,
+            currents: feeds.iter().map(|rows| u8::from(!rows.is_empty())).collect(),
             feeds,
             most: [0.0; 2],
             conducts: vec![false; m],
             rates: [0.0; 2],
             probes: None,
+            probed: false,
+            slacks,
             known: Vec::new(),
             factorised: 0,
         }
@@ -145,15 +147,10 @@ impl Forward {
 
     /// The largest current and voltage at a point, where the sizes of the terms of slacks are these.
     fn largest(&self, [z, l]: [&[f64]; 2], across: &[f64]) -> [f64; 2] {
-        let mut largest = [0.0f64; 2];
-        let mut see = |size: f64, kind: usize| largest[kind] = largest[kind].max(size);
-        z.iter().zip(&self.kinds).for_each(|(v, &kind)| see(v.abs(), usize::from(1 - kind)));
-        for ((l, &across), rows) in l.iter().zip(across).zip(&self.feeds) {
-            let kind = usize::from(rows.is_empty());
-            see(l.abs(), kind);
-            see(across, 1 - kind);
-        }
-        largest
+        let [voltage, current] = largest_of_kinds(z, &self.kinds);
+        let [l_voltage, l_current] = largest_of_kinds(l, &self.currents);
+        let [w_current, w_voltage] = largest_of_kinds(across, &self.currents);
+        [current.max(l_current).max(w_current), voltage.max(l_voltage).max(w_voltage)]
     }
 
     /// What is left of the largest current and voltage at a point where others cancel.
@@ -164,7 +161,7 @@ impl Forward {
 
     /// Whether the multiplier of a pair feeds no node: it is a voltage.
     pub fn swapped(&self, i: usize) -> bool {
-        self.feeds[i].is_empty()
+        self.currents[i] == 0
     }
 
     /// Takes what happens to charges and fluxes while the segment before may have lasted too long.
@@ -201,7 +198,7 @@ impl Forward {
         let slowest = if slowest.is_finite() { slowest } else { fastest };
         self.rates = [(fastest / CLEARLY).max(slowest), slowest];
         self.conducts = conducts;
-        self.probes = None;
+        self.probed = false;
         self.known.clear();
     }
 
@@ -212,9 +209,7 @@ impl Forward {
     /// left of it is the rounding of each of its terms.
     pub fn of_pair(&mut self, i: usize, sizes: &Sizes) -> [f64; 2] {
         let (n, m) = (self.kinds.len(), self.q.len());
-        let slack = self.b.entries().filter(|e| e.0 == i).map(|(_, column, v)| (column, -v));
-        let others = self.d.entries().filter(|e| e.0 == i).map(|(_, other, v)| (n + other, v));
-        let terms: Vec<_> = slack.chain(others).collect();
+        let terms = self.slacks[i].clone();
         let rest = sizes.largest.map(|most| of_elimination(n + m) * most + f64::MIN_POSITIVE);
         let carried = if self.conducts[i] {
             let current = self.carried(n + i, &[(n + i, 1.0)], sizes);
@@ -266,15 +261,18 @@ impl Forward {
     /// By how much a combination of unknowns changes with the equations, and with what is stored.
     fn sensitivities(&mut self, target: &[(usize, f64)]) -> [Vec<f64>; 2] {
         let n = self.kinds.len();
-        let probes = match self.probes.take() {
-            Some(probes) => probes,
-            None => {
-                self.factorised += 2;
-                self.rates.map(|rate| self.probe(rate))
-            }
-        };
-        let [short, long] = &probes;
         let size = n + self.q.len();
+        let matrices = [&self.e, &self.g, &self.a, &self.b, &self.d];
+        let probes =
+            self.probes.get_or_insert_with(|| [(); 2].map(|()| Probe::new(n, size - n, matrices)));
+        if !self.probed {
+            for (probe, rate) in probes.iter_mut().zip(self.rates) {
+                probe.set(rate, &self.conducts);
+            }
+            self.factorised += 2;
+            self.probed = true;
+        }
+        let [short, long] = &*probes;
         let mut once = vec![0.0; size];
         target.iter().for_each(|&(k, factor)| once[k] += factor);
         let mut last = once.clone();
@@ -288,51 +286,14 @@ impl Forward {
         let equations = equations.collect();
         let charges = twice.iter().zip(&last).take(n);
         let charges = charges.map(|(a, b)| short.rate * a.abs() + long.rate * b.abs()).collect();
-        self.probes = Some(probes);
         [equations, charges]
-    }
-
-    /// Factorises the equations of a step.
-    fn probe(&self, rate: f64) -> Probe {
-        let (n, m) = (self.kinds.len(), self.q.len());
-        let mut entries: Vec<_> = self.e.entries().map(|(r, c, v)| (r, c, rate * v)).collect();
-        entries.extend(self.g.entries());
-        entries.extend(self.a.entries().map(|(r, pair, v)| (r, n + pair, v)));
-        let conducting = |e: &(usize, usize, f64)| self.conducts[e.0];
-        let slacks = self.b.entries().filter(conducting);
-        entries.extend(slacks.map(|(pair, c, v)| (n + pair, c, -v)));
-        let series = self.d.entries().filter(conducting);
-        entries.extend(series.map(|(pair, other, v)| (n + pair, n + other, v)));
-        let none = (0..m).filter(|&i| !self.conducts[i]);
-        entries.extend(none.map(|i| (n + i, n + i, 1.0)));
-        let sum = Csc::from_triplets(n + m, n + m, &entries);
-        let mut scale = vec![0.0f64; n + m];
-        sum.iter().for_each(|(r, _, v)| scale[r] = scale[r].max(v.abs()));
-        scale.iter_mut().for_each(|s| *s = if *s > 0.0 { 1.0 / *s } else { 1.0 });
-        let scaled: Vec<_> = sum.iter().map(|(r, c, v)| (r, c, scale[r] * v)).collect();
-        let matrix = Csc::from_triplets(n + m, n + m, &scaled);
-        let mut factor = Factor::new(&matrix, &Arc::new(ordering(&matrix, 0)));
-        // what no equation determines is taken as it is
-        factor.set_hold(1.0);
-        factor.factor(&matrix);
-        Probe { factor, scale, rate }
-    }
-}
-
-impl Probe {
-    /// `y := K^-T y`, zero where that is not possible.
-    fn solve(&self, y: &mut [f64]) {
-        let mut work = vec![0.0; y.len()];
-        if self.factor.solve_transposed(y, &mut work).is_err() {
-            y.fill(0.0);
-        }
-        y.iter_mut().zip(&self.scale).for_each(|(y, scale)| *y *= scale);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sparse::Csc;
 
     /// A node with a conductance to ground, a capacitor, a source of current and a diode to ground.
     fn node(siemens: f64, farads: f64) -> Linear {

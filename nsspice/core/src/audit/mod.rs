@@ -26,6 +26,7 @@ mod jumps;
 mod laws;
 mod matrix;
 mod powers;
+mod probe;
 mod recorded;
 mod rounding;
 pub mod rows;

@@ -31,6 +31,7 @@
 use super::laws::{Auditor, Seen};
 use super::matrix::Entries;
 use super::TOLERANCE;
+use crate::dense::largest_of_kinds;
 use crate::rounding::of_elimination;
 use crate::structure::Parts;
 
@@ -177,9 +178,9 @@ impl Reach {
 
     /// Takes unknowns and multipliers into the largest voltage and current.
     pub fn see(&self, kinds: &[u8], z: &[f64], l: &[f64], largest: &mut [f64; 2]) {
-        for (v, &kind) in z.iter().zip(kinds).chain(l.iter().zip(&self.pairs)) {
-            let largest = &mut largest[usize::from(kind)];
-            *largest = largest.max(v.abs());
+        for (list, kinds) in [(z, kinds), (l, &self.pairs)] {
+            let most = largest_of_kinds(list, kinds);
+            largest.iter_mut().zip(most).for_each(|(largest, most)| *largest = largest.max(most));
         }
     }
 }

@@ -62,7 +62,7 @@ pub struct Points<'a> {
     pub length: f64,
     /// weights of the points, as parts of the length
     pub weight: &'a [f64],
-    /// `w_i a_ij + w_j a_ji - w_i w_j`, row by row, as parts of its square
+    /// `w_i a_ij + w_j a_ji - w_i w_j`, row by row, as parts of its square; none where the scheme takes no energy
     pub taken: &'a [f64],
     /// unknowns at each point, and the rates of those that are stored
     pub z: &'a [&'a [f64]],
@@ -275,6 +275,11 @@ impl Sums {
         self.totals.instants += self.taken() - taken;
     }
 
+    /// Whether energies of steps with several points, none of which the scheme takes, depend on rates.
+    pub fn asks_rates(&self) -> bool {
+        !self.powers.controls.is_empty()
+    }
+
     /// Takes a step with several points from `z0`.
     pub fn points(&mut self, z0: &[f64], all: &Points) {
         self.begin(z0);
@@ -287,15 +292,18 @@ impl Sums {
             if weight == 0.0 {
                 continue;
             }
-            let (z, l, u, rate) = (all.z[i], &all.l[i * m..], all.u[i], all.rate[i]);
-            let [f, f_rate] =
-                [all.f, all.f_rate].map(|points| points.get(i).copied().unwrap_or(&[]));
+            let (z, l, u) = (all.z[i], &all.l[i * m..], all.u[i]);
+            let [f, f_rate, rate] =
+                [all.f, all.f_rate, all.rate].map(|points| points.get(i).copied().unwrap_or(&[]));
             let power = self.powers.lost(z, l, [f, f_rate]);
             dissipated += weight * (power + self.powers.controls.between(z, |k| rate[k]));
             delivered += weight * self.powers.s.between(z, |k| u[k]);
             time += all.length * weight.abs();
         }
-        let scheme = 0.5 * self.powers.stored.products(all.rate, all.taken);
+        let scheme = match all.taken {
+            [] => 0.0,
+            taken => 0.5 * self.powers.stored.products(all.rate, taken),
+        };
         self.rounded.pass(count as u64, time);
         let h = all.length;
         if let Some(last) = all.z.last() {

@@ -30,5 +30,5 @@ pub use lu::DenseLu;
 pub use matrix::{add_scaled, dot, equilibrate, larger, norm, Lu, Matrix};
 pub use rank_one::RankOne;
 pub use symmetric::eigen_symmetric;
-pub use wide::{collapse, looks};
+pub use wide::{collapse, largest, largest_of_kinds, looks, polynomials};
 pub(crate) use wide::{each, widest};

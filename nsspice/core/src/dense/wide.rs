@@ -1,7 +1,7 @@
 //! Loops compiled twice: for every processor, and for those with registers of four numbers. Both do
 //! the same operations in the same order, so that results do not depend on the machine.
 
-use super::matrix::{self, dot, Matrix};
+use super::matrix::{self, dot, larger, Matrix};
 use super::rank_one;
 
 /// Defines a function by one or two of the same arguments: what it is where there are registers of
@@ -211,6 +211,66 @@ widest! {
 }
 
 #[inline(always)]
+fn polynomials_any(coefficients: &[Vec<f64>], s: f64, out: &mut [f64]) {
+    let (eights, rest) = out.as_chunks_mut::<8>();
+    let inside = 8 * eights.len();
+    for (k, out) in eights.iter_mut().enumerate() {
+        let mut sums = [0.0; 8];
+        for c in coefficients.iter().rev() {
+            let c = &c[8 * k..][..8];
+            sums = each(|j| sums[j] * s + c[j]);
+        }
+        *out = sums;
+    }
+    for (k, out) in rest.iter_mut().enumerate() {
+        *out = coefficients.iter().rev().fold(0.0, |sum, c| sum * s + c[inside + k]);
+    }
+}
+
+widest! {
+    /// Values at `s` of polynomials, given by the coefficients of each power of all of them.
+    pub fn polynomials(coefficients: &[Vec<f64>], s: f64, out: &mut [f64]) =
+        polynomials_any(coefficients, s, out)
+}
+
+#[inline(always)]
+fn largest_any(list: &[f64]) -> f64 {
+    let (eights, rest) = list.as_chunks::<8>();
+    let most: [f64; 8] = eights.iter().fold([0.0; 8], |m, x| each(|k| larger(x[k].abs(), m[k])));
+    most.iter().chain(rest).fold(0.0, |m, x| larger(x.abs(), m))
+}
+
+widest! {
+    /// The largest absolute value; NaN is skipped.
+    pub fn largest(list: &[f64]) -> f64 = largest_any(list)
+}
+
+#[inline(always)]
+fn largest_of_kinds_any(list: &[f64], kinds: &[u8]) -> [f64; 2] {
+    let count = list.len().min(kinds.len());
+    let ((eights, rest), (of_eights, of_rest)) =
+        (list[..count].as_chunks::<8>(), kinds[..count].as_chunks::<8>());
+    let mut most = [[0.0; 8]; 2];
+    for (x, kinds) in eights.iter().zip(of_eights) {
+        let only = |k: usize, kind: u8| if kinds[k] == kind { x[k].abs() } else { 0.0 };
+        most[0] = each(|k| larger(only(k, 0), most[0][k]));
+        most[1] = each(|k| larger(only(k, 1), most[1][k]));
+    }
+    let mut out = most.map(|eight| largest_any(&eight));
+    for (x, &kind) in rest.iter().zip(of_rest) {
+        let out = &mut out[usize::from(kind != 0)];
+        *out = larger(x.abs(), *out);
+    }
+    out
+}
+
+widest! {
+    /// The largest absolute values of those that are of the kind 0, and of the kind 1; NaN is skipped.
+    pub fn largest_of_kinds(list: &[f64], kinds: &[u8]) -> [f64; 2] =
+        largest_of_kinds_any(list, kinds)
+}
+
+#[inline(always)]
 fn collapse_any(row: &[f64], common: &[f64], own: &[f64], out: &mut [f64]) {
     let n = row.len();
     let (shared, rest) = out.split_at_mut(out.len() - n);
@@ -248,6 +308,26 @@ mod tests {
                 assert_eq!(out[(1, j)], dot(c.row(j), with.row(1)));
                 assert_eq!(out[(2, j)], dot(&c.abs().data[j * slots..][..slots], with.row(2)));
             }
+        }
+    }
+
+    #[test]
+    fn polynomials_and_largest_values_are_those_of_one_at_a_time() {
+        for count in [1, 7, 8, 19] {
+            let row = |k: usize| (0..count).map(|j| ((j * 7 + k * 5) % 11) as f64 - 4.0).collect();
+            let rows: Vec<Vec<f64>> = (0..4).map(row).collect();
+            let mut out = vec![0.0; count];
+            polynomials(&rows, 0.5, &mut out);
+            // halves and eighths of small integers are not rounded
+            for (j, value) in out.iter().enumerate() {
+                let powers = [1.0, 0.5, 0.25, 0.125];
+                assert_eq!(*value, rows.iter().zip(powers).map(|(c, p)| p * c[j]).sum::<f64>());
+            }
+            out[count / 2] = -1e3;
+            assert_eq!(largest(&out), 1e3);
+            let kinds: Vec<u8> = (0..count).map(|k| u8::from(k == count / 2)).collect();
+            let others = out.iter().filter(|v| **v != -1e3).fold(0.0, |m, v| v.abs().max(m));
+            assert_eq!(largest_of_kinds(&out, &kinds), [others, 1e3]);
         }
     }
 

@@ -29,7 +29,7 @@ const LOOK: u64 = 32;
 /// Switch reactions at one instant before it is called chatter.
 const MAX_REACTIONS: usize = 64;
 /// Segments between two residual checks of known modes.
-const CHECK: u64 = 64;
+pub(super) const CHECK: u64 = 64;
 
 /// One system in the course of its simulation.
 pub struct Engine {

@@ -7,6 +7,7 @@
 use super::super::inputs::Segment;
 use super::nodal::{Given, Nodal, Solution};
 use super::supply::Supply;
+use crate::dense::{largest, polynomials};
 use crate::rounding::UNIT;
 
 /// Terms at most.
@@ -48,8 +49,13 @@ impl Expansion {
         supply.coefficient(segment, 0, h, &mut self.given[1]);
     }
 
-    /// Adds a term.
-    pub fn extend(&mut self, net: &mut Nodal, (supply, segment): (&mut Supply, &Segment)) {
+    /// Adds a term, whose currents need no more digits than rounding of `enough` leaves (see [`Nodal::solve`]).
+    pub fn extend(
+        &mut self,
+        net: &mut Nodal,
+        (supply, segment): (&mut Supply, &Segment),
+        enough: f64,
+    ) {
         let k = self.z.len();
         self.given.swap(0, 1);
         supply.coefficient(segment, k + 1, self.h, &mut self.given[1]);
@@ -64,7 +70,7 @@ impl Expansion {
             self.x[k][one.state] = net.forced(one, &self.given[0]) - others;
         }
         let given = (&self.given[0], &self.rising);
-        net.solve(given, &self.x[k], k == 0, &mut self.solution);
+        net.solve(given, &self.x[k], (k == 0, enough), &mut self.solution);
         let [of_z, of_guards, of_x] = &mut self.spare;
         let mut z = of_z.pop().unwrap_or_default();
         let mut guards = of_guards.pop().unwrap_or_default();
@@ -87,11 +93,11 @@ impl Expansion {
         &mut self,
         net: &mut Nodal,
         (supply, segment): (&mut Supply, &Segment),
-        largest: [f64; 2],
+        most: [f64; 2],
     ) {
         let mut small = 0;
         loop {
-            let next = self.next_term(net, largest);
+            let next = self.next_term(net, most);
             small = if next <= UNIT { small + 1 } else { 0 };
             if small > 1 && self.z.len() > 1 {
                 return;
@@ -102,7 +108,7 @@ impl Expansion {
                 }
                 return;
             }
-            self.extend(net, (supply, segment));
+            self.extend(net, (supply, segment), most[1]);
         }
     }
 
@@ -110,11 +116,9 @@ impl Expansion {
     fn next_term(&self, net: &Nodal, [voltage, current]: [f64; 2]) -> f64 {
         let Some(last) = self.x.last() else { return f64::INFINITY };
         let (of_capacitors, of_inductors) = last.split_at(net.elements.capacitors.len());
-        let most = |list: &[f64], size: f64| {
-            list.iter().fold(0.0, |most, x| f64::max(most, x.abs())) / size.max(f64::MIN_POSITIVE)
-        };
-        let states = most(of_capacitors, voltage).max(most(of_inductors, current));
-        let source = self.given[1].volts.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
+        let part = |list: &[f64], size: f64| largest(list) / size.max(f64::MIN_POSITIVE);
+        let states = part(of_capacitors, voltage).max(part(of_inductors, current));
+        let source = largest(&self.given[1].volts);
         states.max(source / voltage.max(source).max(f64::MIN_POSITIVE))
     }
 
@@ -136,7 +140,10 @@ impl Expansion {
 
     /// The unknowns at a part `s` of the segment.
     pub fn at(&self, s: f64, out: &mut [f64]) {
-        horner(&self.z, s, out);
+        if let Some(first) = self.z.first().filter(|_| s == 0.0) {
+            return out.copy_from_slice(first);
+        }
+        polynomials(&self.z, s, out);
     }
 
     /// Their rates.
@@ -150,25 +157,17 @@ impl Expansion {
 
     /// The guards at a part `s` of the segment.
     pub fn guards(&self, s: f64, out: &mut [f64]) {
-        horner(&self.guards, s, out);
+        polynomials(&self.guards, s, out);
     }
 
     /// The states at a part `s` of the segment.
     pub fn states(&self, net: &Nodal, s: f64, out: &mut [f64]) {
-        horner(&self.x, s, out);
+        polynomials(&self.x, s, out);
         for one in net.dependent() {
             // the last list holds no terms of these
             let known = self.x[..self.z.len()].iter().rev();
             out[one.state] = known.fold(0.0, |sum, x| sum * s + x[one.state]);
         }
-    }
-}
-
-fn horner(coefficients: &[Vec<f64>], s: f64, out: &mut [f64]) {
-    let Some((last, others)) = coefficients.split_last() else { return out.fill(0.0) };
-    out.copy_from_slice(last);
-    for c in others.iter().rev() {
-        out.iter_mut().zip(c).for_each(|(out, c)| *out = *out * s + c);
     }
 }
 

@@ -4,7 +4,7 @@ use super::nodal::{carry, Joint, Nodal, Reached, Unknown};
 use super::normal_tree;
 use super::stars::Stars;
 use crate::dense::{Lu, Matrix};
-use crate::structure::{Basis, Branch, Elements};
+use crate::structure::{Basis, Elements};
 use crate::union_find::UnionFind;
 use std::collections::HashMap;
 
@@ -48,6 +48,10 @@ impl Nodal {
             roots.iter().enumerate().map(|(k, &r)| (r, k)).collect();
         let cluster: Vec<usize> = root.iter().map(|root| number[root]).collect();
         let (joints, of_pair, of_resistor) = joints(&elements, &cluster);
+        let mut fixed = vec![0.0; joints.len()];
+        for (r, &(joint, _)) in elements.resistors.iter().zip(&of_resistor) {
+            fixed[joint] += r.value;
+        }
         let ends: Vec<[usize; 2]> = joints.iter().map(|joint| joint.clusters).collect();
         let clusters = roots.len() - 1;
         let stars = Stars::new(clusters, &ends);
@@ -64,7 +68,11 @@ impl Nodal {
         }
         let mut out = Nodal {
             offsets: offsets.to_vec(),
-            conductance: vec![0.0; joints.len()],
+            conductance: fixed.clone(),
+            fixed,
+            steepest: 0.0,
+            conduct: vec![0; joints.len()],
+            guards: Vec::new(),
             driven: vec![0.0; joints.len()],
             on: vec![false; elements.pairs.len()],
             work: [nodes, clusters + 1, clusters + 1, clusters + 1].map(|len| vec![0.0; len]),
@@ -78,6 +86,8 @@ impl Nodal {
             unknowns: unknowns(&elements),
             loops: Matrix::zeros(0, 0),
             part: Vec::new(),
+            between: Vec::new(),
+            shifts: Vec::new(),
             floating: None,
             stars,
             elements,
@@ -102,17 +112,17 @@ impl Nodal {
                 number.entry(root).or_insert(next);
             }
         }
-        let of = |cluster| number.get(&sets.root(cluster)).copied().unwrap_or(number.len());
-        let parts: Vec<usize> = (0..=clusters).map(of).collect();
+        let mut of = |cluster| number.get(&sets.root(cluster)).copied().unwrap_or(number.len());
+        let parts: Vec<usize> = self.cluster.iter().map(|&cluster| of(cluster)).collect();
         let inductors = &self.elements.inductors;
-        let ends = |l: &Branch| l.ends.map(|end| parts[self.cluster[end]]);
-        let mut floating =
-            Stars::new(number.len(), &inductors.iter().map(ends).collect::<Vec<_>>());
+        self.between = inductors.iter().map(|l| l.ends.map(|end| parts[end])).collect();
+        let mut floating = Stars::new(number.len(), &self.between);
         let inverse: Vec<f64> = inductors.iter().map(|l| 1.0 / l.value).collect();
         if !floating.free.is_empty() || !floating.set(&inverse) {
             return None;
         }
-        self.part = parts;
+        self.part = parts.into_iter().enumerate().filter(|e| e.1 < number.len()).collect();
+        self.shifts = vec![0.0; number.len() + 1];
         self.floating = Some(floating);
         Some(())
     }
@@ -144,19 +154,13 @@ fn joints(elements: &Elements, cluster: &[usize]) -> (Vec<Joint>, Placed, Placed
         let sorted = [ends[0].min(ends[1]), ends[0].max(ends[1])];
         let k = *known.entry(sorted).or_insert_with(|| {
             let clusters = [cluster[sorted[0]], cluster[sorted[1]]];
-            joints.push(Joint { ends: sorted, clusters, fixed: 0.0, pairs: Vec::new() });
+            joints.push(Joint { ends: sorted, clusters });
             joints.len() - 1
         });
         (k, if sorted == ends { 1.0 } else { -1.0 })
     };
     let of_pair: Placed = elements.pairs.iter().map(|pair| place(pair.ends)).collect();
     let of_resistor: Placed = elements.resistors.iter().map(|r| place(r.ends)).collect();
-    for (r, at) in elements.resistors.iter().zip(&of_resistor) {
-        joints[at.0].fixed += r.value;
-    }
-    for (k, at) in of_pair.iter().enumerate() {
-        joints[at.0].pairs.push((k, at.1));
-    }
     (joints, of_pair, of_resistor)
 }
 

@@ -4,7 +4,7 @@ use super::super::inputs::{Inputs, Segment};
 use super::expansion::Expansion;
 use super::nodal::{Given, Nodal};
 use super::supply::Supply;
-use super::watch::{Controls, Watched};
+use super::watch::{Controls, Diode, Watched};
 use crate::mlcp::Role;
 use crate::rounding::{OF_SOLUTION, UNIT};
 use crate::sparse::Csc;
@@ -43,8 +43,9 @@ pub struct Motion {
     pub(super) controls: Controls,
     /// largest voltage and current so far
     pub(super) largest: [f64; 2],
-    /// diodes: number, place among the pairs of the elements
-    pub(super) diodes: Vec<(usize, usize)>,
+    pub(super) diodes: Vec<Diode>,
+    /// whether the guards looked at last are all beyond rounding
+    pub(super) decided: bool,
     /// by how much more than usual guards are taken for rounding
     pub(super) widened: f64,
     roles: Vec<Role>,
@@ -75,6 +76,7 @@ impl Motion {
             controls: Controls::new(switches),
             largest: [0.0; 2],
             diodes: Vec::new(),
+            decided: false,
             widened: 1.0,
             roles: Vec::new(),
             given: Given::default(),
@@ -114,7 +116,7 @@ impl Motion {
             }
             self.expansion.begin(&self.states, (&mut self.supply, segment), horizon);
             for _ in 0..2 {
-                self.expansion.extend(&mut self.net, (&mut self.supply, segment));
+                self.expansion.extend(&mut self.net, (&mut self.supply, segment), 0.0);
             }
             let mut largest = self.sizes();
             let mut violated = self.violated(segment.resolution / horizon, 2, largest);
@@ -125,8 +127,10 @@ impl Motion {
                     return None;
                 }
                 largest = self.sizes();
-                let all = self.expansion.z.len();
-                violated = self.violated(segment.resolution / self.expansion.h, all, largest);
+                if !self.decided || self.expansion.h < horizon {
+                    let late = segment.resolution / self.expansion.h;
+                    violated = self.violated(late, self.expansion.z.len(), largest);
+                }
             }
             if self.turn_over(&violated, &mut rounds) {
                 continue;
@@ -155,7 +159,8 @@ impl Motion {
         self.diodes.clear();
         for (k, pair) in self.net.elements.pairs.iter().enumerate() {
             let diode = pair.index.filter(|&at| self.roles[at] == Role::Diode);
-            self.diodes.extend(diode.map(|at| (at, k)));
+            let conductance = 1.0 / pair.value;
+            self.diodes.extend(diode.map(|at| Diode { at, pair: k, conductance }));
         }
     }
 

@@ -10,8 +10,8 @@
 
 use super::normal_tree::Dependent;
 use super::stars::Stars;
-use crate::dense::Matrix;
-use crate::structure::Elements;
+use crate::dense::{largest, Matrix};
+use crate::structure::{Branch, Elements};
 
 /// What sources bring: voltages, and currents that enter nodes.
 #[derive(Clone, Debug, Default)]
@@ -42,10 +42,6 @@ pub(super) struct Joint {
     pub(super) ends: [usize; 2],
     /// clusters of its ends
     pub(super) clusters: [usize; 2],
-    /// conductance of the resistors
-    pub(super) fixed: f64,
-    /// pairs, and whether they have the same direction
-    pub(super) pairs: Vec<(usize, f64)>,
 }
 
 /// An unknown of the network.
@@ -57,6 +53,14 @@ pub(super) enum Unknown {
     Source(usize),
     Inductor(usize),
     Resistor(usize),
+}
+
+/// What is watched of a pair: factors of the current and the voltage of its joint, and a constant.
+#[derive(Clone, Copy)]
+pub(super) struct Guard {
+    at: u32,
+    joint: u32,
+    factors: [f64; 3],
 }
 
 /// A branch of the forest, seen from the node that it leads to.
@@ -86,11 +90,20 @@ pub struct Nodal {
     /// currents of capacitors in loops by what they miss
     pub(super) loops: Matrix,
     pub(super) stars: Stars,
-    /// parts of clusters, if some have no way to ground but through inductors
-    pub(super) part: Vec<usize>,
+    /// nodes in parts that have no way to ground but through inductors, the parts between which these are, and how far
+    /// the potentials of each are moved
+    pub(super) part: Vec<(usize, usize)>,
+    pub(super) between: Vec<[usize; 2]>,
+    pub(super) shifts: Vec<f64>,
     pub(super) floating: Option<Stars>,
     pub(super) on: Vec<bool>,
+    /// of each joint: conductance of the resistors, and of all
+    pub(super) fixed: Vec<f64>,
     pub(super) conductance: Vec<f64>,
+    pub(super) steepest: f64,
+    /// number of pairs that conduct
+    pub(super) conduct: Vec<u32>,
+    pub(super) guards: Vec<Guard>,
     /// what the offsets of pairs that conduct drive through each joint
     pub(super) driven: Vec<f64>,
     pub(super) work: [Vec<f64>; 4],
@@ -133,25 +146,44 @@ impl Nodal {
         for (own, pair) in self.on.iter_mut().zip(&self.elements.pairs) {
             *own = pair.index.is_some_and(|at| on[at]);
         }
-        let rows = self.conductance.iter_mut().zip(&mut self.driven);
-        for (joint, (conductance, driven)) in self.joints.iter().zip(rows) {
-            (*conductance, *driven) = (joint.fixed, 0.0);
-            for &(k, sign) in joint.pairs.iter().filter(|pair| self.on[pair.0]) {
-                let pair = &self.elements.pairs[k];
-                *conductance += 1.0 / pair.value;
-                *driven += sign * pair.index.map_or(0.0, |at| self.offsets[at]) / pair.value;
-            }
+        self.conductance.copy_from_slice(&self.fixed);
+        self.driven.fill(0.0);
+        self.conduct.fill(0);
+        let pairs = self.elements.pairs.iter().zip(&self.of_pair).zip(&self.on);
+        for ((pair, &(joint, sign)), _) in pairs.clone().filter(|pair| *pair.1) {
+            self.conductance[joint] += 1.0 / pair.value;
+            self.driven[joint] += sign * self.offset(pair) / pair.value;
+            self.conduct[joint] += 1;
+        }
+        self.steepest = largest(&self.conductance);
+        self.guards.clear();
+        for ((pair, &(joint, sign)), &on) in pairs {
+            let Some(at) = pair.index else { continue };
+            let offset = self.offset(pair);
+            let factors = match on {
+                // alone it carries all of the current but for what resistors parallel to it do
+                true if self.conduct[joint] == 1 => [sign, -sign * self.fixed[joint], 0.0],
+                true => [0.0, sign / pair.value, -offset / pair.value],
+                false => [0.0, -sign, offset],
+            };
+            self.guards.push(Guard { at: at as u32, joint: joint as u32, factors });
         }
         self.stars.set(&self.conductance)
     }
 
+    /// The constant slack of a pair.
+    fn offset(&self, pair: &Branch) -> f64 {
+        pair.index.map_or(0.0, |at| self.offsets[at])
+    }
+
     /// Solves for potentials, currents and rates.  The states that depend on others are those that do so; `rising` is the
-    /// derivative of what is given, and offsets of pairs take part where the terms are `constant`.
+    /// derivative of what is given, and offsets of pairs take part where the terms are `constant`.  Currents are known to
+    /// the rounding of the largest current, or to that of `enough`.
     pub fn solve(
         &mut self,
         (given, rising): (&Given, &Given),
         states: &[f64],
-        constant: bool,
+        (constant, enough): (bool, f64),
         out: &mut Solution,
     ) {
         let Elements { inductors, capacitors, voltages, nodes, .. } = &self.elements;
@@ -187,43 +219,35 @@ impl Nodal {
             sums[a] -= *i;
             sums[b] += *i;
         }
-        // the second round leaves of Kirchhoff's law the rounding of currents, not that of potentials
-        found.fill(0.0);
-        for round in 0..2 {
-            sums[clusters] = 0.0;
-            self.stars.solve(&mut sums[..clusters]);
-            found.iter_mut().zip(&*sums).for_each(|(sum, v)| *sum += v);
-            if round == 0 {
-                std::mem::swap(sums, more);
-            }
-            let moved = if round == 0 { &*more } else { &*sums };
-            for ((joint, i), g) in self.joints.iter().zip(&mut *currents).zip(&self.conductance) {
+        sums[clusters] = 0.0;
+        self.stars.solve(&mut sums[..clusters]);
+        found.copy_from_slice(sums);
+        move_currents(&self.joints, &self.conductance, found, currents);
+        // the second round leaves of Kirchhoff's law the rounding of currents, not that of what potentials drive
+        if self.steepest * largest(potentials).max(largest(found)) > enough {
+            for (joint, i) in self.joints.iter().zip(&*currents) {
                 let [a, b] = joint.clusters;
-                *i += g * (moved[a] - moved[b]);
+                more[a] -= i;
+                more[b] += i;
             }
-            if round == 0 {
-                for (joint, i) in self.joints.iter().zip(&*currents) {
-                    let [a, b] = joint.clusters;
-                    sums[a] -= i;
-                    sums[b] += i;
-                }
-            }
+            more[clusters] = 0.0;
+            self.stars.solve(&mut more[..clusters]);
+            found.iter_mut().zip(&*more).for_each(|(sum, v)| *sum += v);
+            move_currents(&self.joints, &self.conductance, more, currents);
         }
         potentials.iter_mut().zip(&self.cluster).for_each(|(v, &k)| *v += found[k]);
         if let Some(floating) = &self.floating {
-            let parts = self.part[clusters];
-            let mut shifts = vec![0.0; parts + 1];
-            let part = |node: usize| self.part[self.cluster[node]];
-            rising.entering.iter().enumerate().for_each(|(node, i)| shifts[part(node)] += i);
-            for l in inductors {
-                let [a, b] = l.ends;
-                let rate = (potentials[a] - potentials[b]) / l.value;
-                shifts[part(a)] -= rate;
-                shifts[part(b)] += rate;
+            let shifts = &mut self.shifts;
+            shifts.fill(0.0);
+            let ground = shifts.len() - 1;
+            self.part.iter().for_each(|&(node, part)| shifts[part] += rising.entering[node]);
+            for (l, [a, b]) in inductors.iter().zip(&self.between) {
+                let rate = (potentials[l.ends[0]] - potentials[l.ends[1]]) / l.value;
+                shifts[*a] -= rate;
+                shifts[*b] += rate;
             }
-            shifts[parts] = 0.0;
-            floating.solve(&mut shifts[..parts]);
-            potentials.iter_mut().enumerate().for_each(|(node, v)| *v += shifts[part(node)]);
+            floating.solve(&mut shifts[..ground]);
+            self.part.iter().for_each(|&(node, part)| potentials[node] += shifts[part]);
         }
         for (k, (joint, g)) in self.joints.iter().zip(&self.conductance).enumerate() {
             let [a, b] = joint.ends;
@@ -292,37 +316,17 @@ impl Nodal {
                 }
             };
         }
-        for (k, pair) in self.elements.pairs.iter().enumerate() {
-            if let Some(at) = pair.index {
-                guards[at] = self.guard(k, of, constant);
-            }
+        let constant = if constant { 1.0 } else { 0.0 };
+        for Guard { at, joint, factors: [of_current, of_voltage, offset] } in &self.guards {
+            let joint = *joint as usize;
+            guards[*at as usize] =
+                of_current * of.currents[joint] + of_voltage * of.across[joint] + constant * offset;
         }
     }
 
     /// Number of unknowns of the network.
     pub fn unknowns(&self) -> usize {
         self.unknowns.len()
-    }
-
-    /// Voltage of a pair in a solution.
-    fn voltage(&self, k: usize, of: &Solution) -> f64 {
-        let (joint, sign) = self.of_pair[k];
-        sign * of.across[joint]
-    }
-
-    /// Multiplier of a pair that conducts, slack of another, by its place among the pairs of the elements.
-    fn guard(&self, k: usize, of: &Solution, constant: bool) -> f64 {
-        let (pair, voltage) = (&self.elements.pairs[k], self.voltage(k, of));
-        let offset = if constant { pair.index.map_or(0.0, |at| self.offsets[at]) } else { 0.0 };
-        let (joint, sign) = self.of_pair[k];
-        match self.on[k] {
-            // alone it carries all of the current but for what resistors parallel to it do
-            true if self.joints[joint].pairs.iter().filter(|pair| self.on[pair.0]).count() == 1 => {
-                sign * (of.currents[joint] - self.joints[joint].fixed * of.across[joint])
-            }
-            true => (voltage - offset) / pair.value,
-            false => offset - voltage,
-        }
     }
 
     /// The conductance between the ends of a pair.
@@ -332,8 +336,7 @@ impl Nodal {
 
     /// The largest voltage and the largest current in a solution.
     pub fn largest(&self, of: &Solution) -> [f64; 2] {
-        let most = |list: &[f64]| list.iter().fold(0.0, |most, x| f64::max(most, x.abs()));
-        [most(&of.potentials), most(&of.currents).max(most(&of.flows))]
+        [largest(&of.potentials), largest(&of.currents).max(largest(&of.flows))]
     }
 
     /// The states: voltages of capacitors and currents of inductors, from the unknowns of the network.
@@ -342,6 +345,14 @@ impl Nodal {
         out.clear();
         out.extend(capacitors.iter().map(|c| self.elements.voltage(z, c.ends)));
         out.extend(inductors.iter().map(|l| l.index.map_or(0.0, |row| z[row])));
+    }
+}
+
+/// Changes the currents of joints by those of the potentials of clusters.
+fn move_currents(joints: &[Joint], conductance: &[f64], clusters: &[f64], currents: &mut [f64]) {
+    for ((joint, i), g) in joints.iter().zip(currents).zip(conductance) {
+        let [a, b] = joint.clusters;
+        *i += g * (clusters[a] - clusters[b]);
     }
 }
 

@@ -12,19 +12,52 @@ const POINTS: usize = 6;
 /// Modes whose first segment is recorded at any cost.
 const SOME_MODES: usize = 32;
 
+/// What energies are formed from: unknowns at the beginning, then all at the points of a quadrature.
+#[derive(Default)]
+pub(in crate::modewise) struct Nodes {
+    first: Vec<f64>,
+    z: Vec<f64>,
+    l: Vec<f64>,
+    u: Vec<f64>,
+    rate: Vec<f64>,
+}
+
+impl Nodes {
+    fn begin(&mut self, z: &[f64]) {
+        self.first.clear();
+        self.first.extend_from_slice(z);
+        [&mut self.z, &mut self.l, &mut self.u, &mut self.rate].into_iter().for_each(Vec::clear);
+    }
+
+    fn take(&mut self, lists: [&[f64]; 3], rate: Option<&[f64]>) {
+        let own = [&mut self.z, &mut self.l, &mut self.u];
+        own.into_iter().zip(lists).for_each(|(own, list)| own.extend_from_slice(list));
+        self.rate.extend_from_slice(rate.unwrap_or_default());
+    }
+}
+
 impl Engine {
-    /// Unknowns, multipliers, their rates and sources at a time since the beginning of the segment.
+    /// Unknowns, multipliers and sources at a time since the beginning of the segment.
     pub(super) fn expanded_at(&mut self, time: f64) {
         let e = &mut self.expanded;
-        let Some(motion) = &e.motion else { return };
+        let Some(motion) = e.motion.as_ref().filter(|_| e.at != Some(time)) else { return };
         let s = time / motion.expansion.h;
         motion.expansion.at(s, &mut e.z);
-        motion.expansion.rates(s, &mut e.dz);
         motion.multipliers(s, &mut e.l);
         e.v.resize(self.motion.segment.now.len(), 0.0);
         self.motion.segment.at(time, &mut e.v);
         for (k, u) in e.u.iter_mut().enumerate() {
             *u = self.prepared.inputs.value_of(k, &e.v);
+        }
+        e.at = Some(time);
+    }
+
+    /// The same with the rates of the unknowns.
+    pub(super) fn expanded_rates(&mut self, time: f64) {
+        self.expanded_at(time);
+        let e = &mut self.expanded;
+        if let Some(motion) = &e.motion {
+            motion.expansion.rates(time / motion.expansion.h, &mut e.dz);
         }
     }
 
@@ -49,7 +82,7 @@ impl Engine {
 
     /// The outputs at a time since the beginning of the segment, without the first column.
     pub(in crate::modewise) fn write_expanded(&mut self, time: f64, row: &mut [f64]) {
-        self.expanded_at(time);
+        self.expanded_rates(time);
         let e = &self.expanded;
         self.table.outputs.write(&e.z, &e.l, &e.dz, &e.u, row);
     }
@@ -98,35 +131,30 @@ impl Engine {
             weights.push(0.0);
             (places, weights)
         });
-        let taken = vec![0.0; weight.len() * weight.len()];
         let width = length / f64::from(parts);
-        self.expanded_at(0.0);
+        let mut nodes = std::mem::take(&mut self.expanded.nodes);
+        let rated = sums.asks_rates();
         for part in 0..parts {
-            let first = self.expanded.z.clone();
-            let mut points = [Vec::new(), Vec::new(), Vec::new()];
-            let mut l = Vec::new();
+            self.expanded_at(f64::from(part) * width);
+            nodes.begin(&self.expanded.z);
             for &place in &*places {
-                self.expanded_at((f64::from(part) + place) * width);
-                let e = &self.expanded;
-                for (list, now) in points.iter_mut().zip([&e.z, &e.dz, &e.u]) {
-                    list.push(now.clone());
+                let time = (f64::from(part) + place) * width;
+                self.expanded_at(time);
+                if rated {
+                    self.expanded_rates(time);
                 }
-                l.extend_from_slice(&e.l);
+                let e = &self.expanded;
+                nodes.take([&e.z, &e.l, &e.u], rated.then_some(&e.dz[..]));
             }
-            let [z, rate, u] = &points;
-            let all = Points {
-                length: width,
-                weight,
-                taken: &taken,
-                z: &slices(z),
-                rate: &slices(rate),
-                l: &l,
-                u: &slices(u),
-                f: &[],
-                f_rate: &[],
-            };
-            sums.points(&first, &all);
+            let Nodes { first, z, l, u, rate } = &nodes;
+            let [z, u, rate] = [(z, &self.expanded.z), (u, &self.expanded.u), (rate, first)]
+                .map(|(list, one)| list.chunks_exact(one.len().max(1)).collect::<Vec<_>>());
+            let (f, taken) = (&[][..], &[][..]);
+            let (z, u, rate) = (&z[..], &u[..], &rate[..]);
+            let all = Points { length: width, weight, taken, z, rate, l, u, f, f_rate: f };
+            sums.points(first, &all);
         }
+        self.expanded.nodes = nodes;
         self.expanded.rules = rules;
     }
 
@@ -140,7 +168,7 @@ impl Engine {
         let (nodes, weights) = crate::modewise::samples::rule();
         for (k, (node, weight)) in nodes.iter().zip(weights).enumerate() {
             let t = 0.5 * width * (1.0 + node);
-            self.expanded_at(t);
+            self.expanded_rates(t);
             let e = &self.expanded;
             let taken = &mut self.samples.taken;
             taken.z.extend_from_slice(&e.z);
@@ -171,7 +199,7 @@ impl Engine {
 
     /// Residual of all equations within the segment.
     pub(super) fn check_expanded(&mut self) {
-        self.expanded_at(0.618 * (self.span.end - self.span.time));
+        self.expanded_rates(0.618 * (self.span.end - self.span.time));
         let (e, linear) = (&self.expanded, &self.prepared.sys.linear);
         if let Some(sums) = &mut self.energy_balance.sums {
             sums.see(&e.z, &e.l);
@@ -189,14 +217,10 @@ impl Engine {
             self.stats.residual_complementarity.max(found.complementarity);
     }
 
-    /// Counts a mode; whether it is met for the first time.
-    pub(super) fn mark(&mut self, on: &[bool]) -> bool {
-        let id = self.registry.id(on, &self.control.gates);
+    /// Counts the present mode; whether it is met for the first time.
+    pub(super) fn mark(&mut self) -> bool {
+        let id = self.expanded.id;
         self.checked.resize(self.checked.len().max(id + 1), false);
         !std::mem::replace(&mut self.checked[id], true)
     }
-}
-
-fn slices(list: &[Vec<f64>]) -> Vec<&[f64]> {
-    list.iter().map(Vec::as_slice).collect()
 }

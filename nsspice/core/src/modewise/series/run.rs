@@ -1,9 +1,10 @@
 //! Segments by series in the run of the exact engine: large networks whose modes are hardly ever met again.
 
-use super::super::run::Engine;
+use super::super::run::{Engine, CHECK};
 use super::super::run_state::Phase;
 use super::super::successor::cause_of;
 use super::motion::{Begun, Motion};
+use super::points::Nodes;
 use super::quadrature::Rule;
 use super::watch::Watched;
 use crate::integrate::Failure;
@@ -21,11 +22,14 @@ pub(in crate::modewise) struct Expanded {
     pub active: bool,
     /// the states are those of the series, and the energy coordinates are behind
     ahead: bool,
-    /// segments in each mode
+    /// number of the present mode, and segments in each
+    pub(super) id: usize,
     visits: Vec<u32>,
     /// what ends the segment, and the part of the series that it is
     turned: Vec<Watched>,
     part: f64,
+    /// the time since the beginning of the segment to which the following belong
+    pub(super) at: Option<f64>,
     pub(super) z: Vec<f64>,
     pub(super) l: Vec<f64>,
     pub(super) dz: Vec<f64>,
@@ -33,6 +37,7 @@ pub(in crate::modewise) struct Expanded {
     pub(super) v: Vec<f64>,
     /// quadratures by their number of points
     pub(super) rules: Vec<Option<Rule>>,
+    pub(super) nodes: Nodes,
 }
 
 impl Engine {
@@ -58,7 +63,7 @@ impl Engine {
 
     /// Begins a segment as a series; false where it is left to closed forms.
     pub(in crate::modewise) fn begin_expanded(&mut self, crossing: &[usize], horizon: f64) -> bool {
-        self.expanded.active = false;
+        (self.expanded.active, self.expanded.at) = (false, None);
         if self.expanded.motion.is_none()
             || horizon <= 0.0
             || self.control.sampling.on.contains(&true)
@@ -116,6 +121,7 @@ impl Engine {
         let Some(motion) = &self.expanded.motion else { return false };
         let id = self.registry.id(&motion.on, &self.control.gates);
         let (visits, limit) = (&mut self.expanded.visits, motion.worth());
+        self.expanded.id = id;
         visits.resize(visits.len().max(id + 1), 0);
         visits[id] += 1;
         f64::from(visits[id]) > limit
@@ -157,9 +163,11 @@ impl Engine {
         let active: Vec<usize> = (0..on.len()).filter(|&pair| on[pair]).collect();
         let fastest = motion.map_or(0.0, |m| m.expansion.z.len() as f64 / m.expansion.h);
         self.look_at(None, (&active, fastest, doubt), length, 0, None);
-        let fresh = self.mark(&on);
+        let fresh = self.mark();
         self.sample_expanded(fresh);
-        if fresh {
+        // nothing has been reduced that a first segment would have to prove
+        let first = fresh && self.stats.checks < CHECK;
+        if first || self.stats.segments.is_multiple_of(CHECK) {
             self.check_expanded();
         }
         self.hand_segment();

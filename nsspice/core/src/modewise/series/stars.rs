@@ -56,9 +56,11 @@ impl Stars {
         let of_edge = edges.iter().map(of).collect();
         let (mut steps, mut arms, mut meshes) = (Vec::new(), Vec::new(), Vec::new());
         let mut free = Vec::new();
-        let mut left: BTreeSet<(usize, usize)> =
-            (0..nodes).map(|node| (near[node].len(), node)).collect();
-        while let Some((_, node)) = left.pop_first() {
+        // of those with as many arms first what waits for fewer others: a processor takes independent steps together
+        let mut after = vec![0usize; nodes + 1];
+        let mut left: BTreeSet<(usize, usize, usize)> =
+            (0..nodes).map(|node| (near[node].len(), 0, node)).collect();
+        while let Some((_, rank, node)) = left.pop_first() {
             let ends: Vec<usize> = std::mem::take(&mut near[node]).into_iter().collect();
             if ends.is_empty() {
                 free.push(node);
@@ -73,11 +75,12 @@ impl Stars {
                 }
             }
             for &a in &ends {
-                let before = near[a].len();
+                let before = (near[a].len(), after[a], a);
                 near[a].remove(&node);
                 near[a].extend(ends.iter().filter(|&&b| b != a));
-                if left.remove(&(before, a)) {
-                    left.insert((near[a].len(), a));
+                after[a] = after[a].max(rank + 1);
+                if left.remove(&before) {
+                    left.insert((near[a].len(), after[a], a));
                 }
             }
             let (arms, meshes) = (first.0..arms.len(), first.1..meshes.len());
