@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..devices.device import Device
+from ..devices.expressions.knotted_charge import as_junctions
 from ..devices.stamper import Conditions
 from .mna import assemble
 
@@ -30,7 +31,7 @@ def written(
     """
     if not any(device.kinked for device in devices):
         return list(devices)
-    pairs = _as(devices, True)
+    pairs = as_junctions(_as(devices, True))
     return pairs if _suits(pairs, nodes, conditions) else _as(devices, False)
 
 

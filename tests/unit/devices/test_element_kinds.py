@@ -26,6 +26,7 @@ EXAMPLES = {
     "Capacitor": "Cx a 0 1u",
     "Charge": "Cx a 0 Q={x+x^3}",
     "ChargeLayers": "Cx a 0 Q={if(x>1,2*x-1,x)}",
+    "KnottedCharge": "Cx a 0 Q={table(x,-1,-3,0,0,1,1,2,4)}\nB1 a 0 I={max(V(a), 0)}",
     "Inductor": "Lx a 0 1u",
     "Flux": "Lx a 0 Flux={x+x^3}",
     "FluxLayers": "Lx a 0 Flux={if(x>1,2*x-1,x)}",
