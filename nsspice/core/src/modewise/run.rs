@@ -1,25 +1,25 @@
 //! The run: segment after segment, rows evaluated at their instants.
 
-use super::accumulation::Accumulation;
-use super::at_threshold::Control;
-use super::energy_balance::EnergyBalance;
-use super::implicit_step::Implicit;
-use super::implicit_steps::Stepped;
-use super::log::{Log, Statistics};
-use super::mode::{Mode, Watch};
-use super::outputs::{Outputs, Spec};
-use super::passages::Trace;
-use super::prepared::Prepared;
-use super::registry::{Id, Registry};
-use super::root_bracketing::{Ending, EventSearch};
-use super::rows::Table;
-use super::run_state::{Motion, Phase, Plan, Span, State};
-use super::samples::Samples;
-use super::segment_points::Along;
-use super::series::run::Expanded;
-use super::successor::{cause_of, roles, Picker, Scene};
-use super::verify::Scale;
 use crate::integrate::{by_sources, Failure, Progress};
+use crate::modewise::checks::energy_balance::EnergyBalance;
+use crate::modewise::checks::samples::Samples;
+use crate::modewise::checks::segment_points::Along;
+use crate::modewise::events::accumulation::Accumulation;
+use crate::modewise::events::at_threshold::Control;
+use crate::modewise::events::implicit_steps::Stepped;
+use crate::modewise::events::successor::{cause_of, roles, Picker, Scene};
+use crate::modewise::events::verify::Scale;
+use crate::modewise::log::{Log, Statistics};
+use crate::modewise::modes::implicit_step::Implicit;
+use crate::modewise::modes::mode::{Mode, Watch};
+use crate::modewise::modes::outputs::{Outputs, Spec};
+use crate::modewise::modes::prepared::Prepared;
+use crate::modewise::modes::registry::{Id, Registry};
+use crate::modewise::output::passages::Trace;
+use crate::modewise::output::rows::Table;
+use crate::modewise::run_state::{Motion, Phase, Plan, Span, State};
+use crate::modewise::segments::root_bracketing::{Ending, EventSearch};
+use crate::modewise::series::run::Expanded;
 use crate::row_clock::RowClock;
 use crate::switch::comparisons_first;
 use std::time::{Duration, Instant};
@@ -150,7 +150,7 @@ impl Engine {
         let h = self.plan.fixed_step.min(self.plan.stop);
         self.scale.see_inputs(&self.motion.segment, h);
         let roles = roles(self.prepared.net.m, &self.prepared.switches, &self.control.gates);
-        super::implicit_step::later(&self.motion.segment, 0.0, &mut self.state.v);
+        crate::modewise::modes::implicit_step::later(&self.motion.segment, 0.0, &mut self.state.v);
         let step = self.implicit.step(
             &self.prepared.sys,
             &self.prepared.net,

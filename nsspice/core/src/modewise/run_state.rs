@@ -1,12 +1,12 @@
 //! Where a run is: its plan, the segment, the motion along it and the state.
 
-use super::inputs::Segment;
-use super::mode::Mode;
-use super::network::Network;
-use super::registry::Id;
-use super::root_bracketing::Ending;
-use super::terms::Point;
-use super::trajectory::Trajectory;
+use crate::modewise::functions::inputs::Segment;
+use crate::modewise::functions::terms::Point;
+use crate::modewise::modes::mode::Mode;
+use crate::modewise::modes::network::Network;
+use crate::modewise::modes::registry::Id;
+use crate::modewise::segments::root_bracketing::Ending;
+use crate::modewise::segments::trajectory::Trajectory;
 use crate::row_clock::RowClock;
 use std::sync::Arc;
 

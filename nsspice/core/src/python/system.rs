@@ -3,7 +3,7 @@
 use super::{csc, invalid, tape, Floats, Matrix, SmoothSpec, SwitchSpec, WaveformSpec};
 use crate::audit::Described;
 use crate::descriptor::{Linear, Smooth};
-use crate::modewise::mode::HIGH_INDEX;
+use crate::modewise::modes::mode::HIGH_INDEX;
 use crate::modewise::{Assembly, Inputs, Prepared};
 use crate::sparse::Csc;
 use crate::structure::{Coordinates, Edge};

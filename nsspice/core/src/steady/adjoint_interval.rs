@@ -7,8 +7,8 @@
 
 use super::adjoint::Side;
 use crate::dense::{complex, divided, dot, Complex, Matrix, NODES};
-use crate::modewise::mode::Mode;
-use crate::modewise::spectrum::Pole;
+use crate::modewise::modes::mode::Mode;
+use crate::modewise::spectra::spectrum::Pole;
 use crate::modewise::Passage;
 
 const ZERO: Complex = complex(0.0, 0.0);

@@ -1,7 +1,7 @@
 //! What outputs and pairs are on both sides of each event of a run, and averages between instants.
 
 use super::orbit::{at_end, velocity, Orbit};
-use crate::modewise::mode::Mode;
+use crate::modewise::modes::mode::Mode;
 use crate::modewise::Passage;
 
 /// An event between two passages.

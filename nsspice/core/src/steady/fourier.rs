@@ -2,9 +2,9 @@
 
 use super::orbit::Orbit;
 use crate::dense::{complex, divided, dot, Complex};
-use crate::modewise::bundle::Bundle;
-use crate::modewise::terms::{Point, Term};
-use crate::modewise::trajectory::Trajectory;
+use crate::modewise::functions::terms::{Point, Term};
+use crate::modewise::segments::bundle::Bundle;
+use crate::modewise::segments::trajectory::Trajectory;
 use crate::modewise::Passage;
 use crate::rounding::UNIT;
 

@@ -3,7 +3,7 @@
 use super::exponentials::exponential;
 use super::linear::CMatrix;
 use crate::dense::{complex, divided, Complex, Matrix};
-use crate::modewise::mode::Mode;
+use crate::modewise::modes::mode::Mode;
 
 /// `J X` for rows of modal coordinates.
 pub fn rates(mode: &Mode, x: &Matrix) -> Matrix {

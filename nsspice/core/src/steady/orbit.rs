@@ -12,8 +12,8 @@
 use super::modal::{carry, rates};
 use crate::dense::{dot, norm, Matrix};
 use crate::integrate::Failure;
-use crate::modewise::mode::{Mode, Watch};
-use crate::modewise::outputs::{Outputs, Spec};
+use crate::modewise::modes::mode::{Mode, Watch};
+use crate::modewise::modes::outputs::{Outputs, Spec};
 use crate::modewise::{Engine, Passage, Passed, Prepared};
 
 /// Why a run has no derivative.

@@ -14,8 +14,8 @@ use super::linear::{add_scaled, real_times, solve, CMatrix};
 use super::modal::{course, rates_of_columns};
 use super::orbit::{Event, Orbit};
 use crate::dense::{complex, Complex, Matrix};
-use crate::modewise::mode::{self, Mode};
-use crate::modewise::outputs::Columns;
+use crate::modewise::modes::mode::{self, Mode};
+use crate::modewise::modes::outputs::Columns;
 use crate::modewise::Passage;
 
 /// One output per row over modal coordinates, stimuli, and their first and second rates.

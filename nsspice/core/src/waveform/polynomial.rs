@@ -142,7 +142,7 @@ impl Polynomial {
             count => pieces.at(count - 1, begin).0,
         };
         let right = chebyshev(coefficients, -1.0).0;
-        // polynomials follow values to that part of the largest (see `modewise::pieces`): less is no jump
+        // polynomials follow values to that part of the largest (see `modewise::output::pieces`): less is no jump
         let jump = kink && (right - left).abs() > OF_SOLUTION * pieces.largest.max(left.abs());
         pieces.coefficients.extend_from_slice(coefficients);
         pieces.list.push(Piece { begin, length, kink, jump, first });

@@ -4,10 +4,10 @@
 //! and inductors the states to the next one: `x_{k+1} = h / (k + 1) (i / C, v / L)_k`, scaled by powers of the length.
 //! The series ends where the next term is below rounding; where that takes too many, the segment is shortened.
 
-use super::super::inputs::Segment;
 use super::nodal::{Given, Nodal, Solution};
 use super::supply::Supply;
 use crate::dense::{largest, polynomials};
+use crate::modewise::functions::inputs::Segment;
 use crate::rounding::UNIT;
 
 /// Terms at most.
@@ -173,8 +173,8 @@ impl Expansion {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::inputs::Inputs;
     use super::*;
+    use crate::modewise::functions::inputs::Inputs;
     use crate::sparse::Csc;
     use crate::structure::{Branch, Coordinates, Elements};
     use crate::waveform::{Smooth, Waveform};

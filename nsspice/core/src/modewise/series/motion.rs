@@ -1,11 +1,11 @@
 //! A network in motion: the mode that follows an instant, and how long its segment lasts.
 
-use super::super::inputs::{Inputs, Segment};
 use super::expansion::Expansion;
 use super::nodal::{Given, Nodal};
 use super::supply::Supply;
 use super::watch::{Controls, Diode, Watched};
 use crate::mlcp::Role;
+use crate::modewise::functions::inputs::{Inputs, Segment};
 use crate::rounding::{OF_SOLUTION, UNIT};
 use crate::sparse::Csc;
 use crate::structure::Elements;

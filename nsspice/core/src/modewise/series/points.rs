@@ -1,10 +1,10 @@
 //! Points of segments by series: everything that follows a segment reads unknowns, multipliers and their rates at
 //! instants of it.
 
-use super::super::run::Engine;
-use super::super::successor::roles;
 use super::quadrature::gauss_legendre;
 use crate::audit::{Points, Sums};
+use crate::modewise::events::successor::roles;
+use crate::modewise::run::Engine;
 use crate::waveform::INSTANT;
 
 /// Points of the quadrature of powers at most.
@@ -165,7 +165,7 @@ impl Engine {
             return;
         }
         let width = self.expanded.motion.as_ref().map_or(length, |m| m.smooth_width().min(length));
-        let (nodes, weights) = crate::modewise::samples::rule();
+        let (nodes, weights) = crate::modewise::checks::samples::rule();
         for (k, (node, weight)) in nodes.iter().zip(weights).enumerate() {
             let t = 0.5 * width * (1.0 + node);
             self.expanded_rates(t);

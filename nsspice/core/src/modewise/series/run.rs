@@ -1,13 +1,13 @@
 //! Segments by series in the run of the exact engine: large networks whose modes are hardly ever met again.
 
-use super::super::run::{Engine, CHECK};
-use super::super::run_state::Phase;
-use super::super::successor::cause_of;
 use super::motion::{Begun, Motion};
 use super::points::Nodes;
 use super::quadrature::Rule;
 use super::watch::Watched;
 use crate::integrate::Failure;
+use crate::modewise::events::successor::cause_of;
+use crate::modewise::run::{Engine, CHECK};
+use crate::modewise::run_state::Phase;
 use crate::structure::Elements;
 use crate::switch::comparisons_first;
 

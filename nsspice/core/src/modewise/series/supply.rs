@@ -1,8 +1,8 @@
 //! What sources bring along a segment, as coefficients of powers of the time.
 
-use super::super::inputs::{Inputs, Segment};
 use super::nodal::Given;
 use crate::dense::{complex, Complex};
+use crate::modewise::functions::inputs::{Inputs, Segment};
 use crate::sparse::Csc;
 use crate::structure::Elements;
 
