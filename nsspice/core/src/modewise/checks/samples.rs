@@ -42,9 +42,9 @@ const PRICE: u64 = 256;
 const STOCK: u64 = 16 * PRICE;
 /// Part of it that one segment may take.
 const PART: u64 = 4;
-/// Modes whose first segment begins with an interval that is recorded at any cost: reducing
-/// each cost more.
-const FIRST_MODES: usize = 256;
+/// Modes whose first segment begins with an interval that is recorded at any cost. More of them see no more: what any
+/// segment misses the laws by is in the sums of the whole run, and the signs at its ends are judged.
+const FIRST_MODES: usize = 16;
 /// Segments up to which the beginning of each is compared with the end of the last motion; later one
 /// of so many, the balance of energy sees the others.
 const FEW: u64 = 64;
