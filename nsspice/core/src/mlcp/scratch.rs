@@ -261,7 +261,7 @@ impl Scratch {
     /// the inductors are so large that volts hide behind them, and next to kilovolts elsewhere a diode
     /// might bear microvolts forward; here slacks are measured by the voltages that meet in them, and
     /// multipliers by the currents that they balance, but for rounding.  A slack that is an equation of the
-    /// mode has no other rounding than that of its own terms.
+    /// mode has no other rounding than that of the potentials.
     pub fn judge_strictly(&mut self) -> Option<Residual> {
         let found = self.judge()?;
         if self.flawless() {
@@ -284,7 +284,8 @@ impl Scratch {
         }
         // unless they are rounding of the largest of the pairs, or of what meets in the rows
         let current = OF_SOLUTION * largest(&x[n..]).max(rows[0]);
-        let solved = OF_SOLUTION * largest(&terms[n..]);
+        let nodes = (0..n).filter(|&i| model.kind(i) == 0).fold(0.0f64, |a, i| a.max(x[i].abs()));
+        let solved = OF_SOLUTION * largest(&terms[n..]).max(nodes);
         let voltage = solved.max(OF_SOLUTION * rows[1]);
         roles.iter().enumerate().all(|(i, role)| {
             let (l, w) = (x[n + i], -defect[n + i]);
