@@ -34,8 +34,8 @@ _ALL = 40_000
 _EVERY = 128
 _WINDOW = 1
 #: Part by which what is stored may change between two steps without a jump: as the root of its
-#: energy, relative to the largest.  Engines take changes of a charge by 1e-9 of the largest for none;
-#: in a capacitor of 1e-8 of the largest that is 1e-5 of this root.
+#: energy, relative to the largest.  Engines take changes of a charge by 1e-9 of the largest for
+#: none; in a capacitor of 1e-8 of the largest that is 1e-5 of this root.
 UNREPORTED = 1e-5
 #: what is looked at in all segments of the exact engine, and where the worst of each is
 _SIGNS = {"complementarity": "worst_pair", "gates": "worst_gate", "sources": "worst_source"}
