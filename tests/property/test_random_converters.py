@@ -18,6 +18,8 @@ RELTOL = 1e-6
 #: capacitor; laws of groups that are not monotone as they stand; picofarads that switches discharge
 FOUND = (35, 36, 112, 138, 151, 168, 171, 205, 259, 306, 386, 10_039, 10_180, 10_270, 30_011)
 FOUND += (30_036,)
+#: windings shorted on both sides share their flux in many ways; operating points at rest
+FOUND += (10_151, 10_186, 10_244, 10_298)
 
 
 def agree(seed: int) -> None:
@@ -33,7 +35,11 @@ def agree(seed: int) -> None:
         kind: max((np.abs(exact[n]).max() for n in names if n[0] == kind), default=0.0)
         for kind in "vi"
     }
-    for name in names:
+    shared: set[str] = set()
+    if "undetermined" in (exact.certificate.uniqueness, run.certificate.uniqueness):
+        couplings = [e for e in circuit.deck.elements if e.letter == "k" and e.value == 1.0]
+        shared = {f"i({coil})" for k in couplings for coil in k.controls}
+    for name in (n for n in names if n not in shared):
         # beside edges a row lies on one side or the other: the mean counts
         distance = np.abs(run[name] - exact[name])[1:].mean()
         assert distance <= 1e-3 * largest[name[0]], (name, text)
