@@ -335,7 +335,7 @@ class IslandRunner:
         """Return the verdict on the run so far."""
         self.hand_over()
         if self.stepper.dc_records is not None:
-            # of a network at rest its voltages and currents are rounding: the run shows how large they become
+            # what a network at rest has is rounding: the run shows how large its currents become
             self.examiner.take(self.stepper.dc_records)
             self.stepper.dc_records = None
         stats, jumps = self.stepper.statistics, self.stepper.jumps
