@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, json_option, read_params, read_signals
+from .options import NUMBER, confined_option, json_option, param_option, read_params, read_signals
 from .report import print_json, say, show
 from .source import circuit_of, path_of
 
@@ -35,9 +35,7 @@ from .source import circuit_of, path_of
     help="Draw error against time in a .png, .svg or .pdf file.",
 )
 @click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
+@param_option
 @click.option("-q", "--quiet", is_flag=True, help="Do not report what is running.")
 @confined_option
 @json_option

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import Diagnostic, UsageError
-from .options import NUMBER, confined_option, json_option, read_params
+from .options import NUMBER, confined_option, force_option, json_option, param_option, read_params
 from .report import print_json, say
 from .source import circuit_of, path_of
 
@@ -24,10 +24,8 @@ if TYPE_CHECKING:
 @click.option(
     "--at", "at", type=NUMBER, metavar="T", help="Colour what conducts at this instant [s]."
 )
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
-@click.option("--force", is_flag=True, help="Replace a file that was not written by nsspice.")
+@param_option
+@force_option
 @confined_option
 @json_option
 def command(

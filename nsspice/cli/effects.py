@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, json_option, read_params
+from .options import NUMBER, confined_option, json_option, param_option, read_params
 from .progress import ProgressBar
 from .report import print_json, say
 from .source import STDIN, circuit_of, path_of
@@ -22,9 +22,7 @@ from .source import STDIN, circuit_of, path_of
 @click.option(
     "--plot", is_flag=False, flag_value="auto", metavar="[FILE]", help="Importance against cost."
 )
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
+@param_option
 @click.option("--force", is_flag=True, help="Replace files that were not written by nsspice.")
 @confined_option
 @json_option

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import click
 
-from .options import confined_option, json_option, junctions_option, read_params
+from .options import confined_option, json_option, junctions_option, param_option, read_params
 from .report import print_json, show
 from .source import circuit_of
 
@@ -14,9 +14,7 @@ from .source import circuit_of
 @click.command("explain", short_help="show how a netlist would be solved")
 @click.argument("netlist")
 @click.option("--matrices", is_flag=True, help="Print the matrices of the complementarity form.")
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
+@param_option
 @click.option(
     "--all", "everything", is_flag=True, help="Include parts that no saved signal depends on."
 )

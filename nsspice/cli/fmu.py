@@ -7,7 +7,14 @@ from pathlib import Path
 
 import click
 
-from .options import confined_option, json_option, read_params, read_signals
+from .options import (
+    confined_option,
+    force_option,
+    json_option,
+    param_option,
+    read_params,
+    read_signals,
+)
 from .report import print_json, say
 from .source import circuit_of, path_of
 
@@ -20,10 +27,8 @@ from .source import circuit_of, path_of
 )
 @click.option("--signals", multiple=True, metavar="NAMES", help='Outputs, such as "v(out) i(l1)".')
 @click.option("--method", metavar="NAME", help="auto, modewise, sdirk or moreau.")
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
-@click.option("--force", is_flag=True, help="Replace a file that was not written by nsspice.")
+@param_option
+@force_option
 @confined_option
 @json_option
 def command(

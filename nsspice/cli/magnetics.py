@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, json_option, read_params
+from .options import NUMBER, confined_option, force_option, json_option, param_option, read_params
 from .report import print_json, say
 from .source import circuit_of, path_of
 
@@ -20,10 +20,8 @@ from .source import circuit_of, path_of
     "--winding", "windings", multiple=True, metavar="NAME", help="Inductor; the primary first."
 )
 @click.option("--ambient", type=NUMBER, default="25", metavar="C", help="Temperature [25 C].")
-@click.option(
-    "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
-)
-@click.option("--force", is_flag=True, help="Replace a file that was not written by nsspice.")
+@param_option
+@force_option
 @confined_option
 @json_option
 def command(

@@ -212,6 +212,20 @@ def json_option(command: F) -> F:
     )
 
 
+def param_option(command: F) -> F:
+    """Add --param to a command without options of solvers."""
+    return click.option(
+        "--param", "params", multiple=True, metavar="NAME=VALUE", help="Replace a .param value."
+    )(command)
+
+
+def force_option(command: F) -> F:
+    """Add --force to a command that writes one file."""
+    return click.option(
+        "--force", is_flag=True, help="Replace a file that was not written by nsspice."
+    )(command)
+
+
 def read_params(items: Sequence[str]) -> dict[str, float]:
     """Return the values of ``NAME=VALUE`` items.
 

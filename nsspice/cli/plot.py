@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from ..errors import Diagnostic, UsageError
-from .options import json_option, read_signals
+from .options import force_option, json_option, read_signals
 from .report import print_json, say
 
 #: panels of a picture without --signals
@@ -25,7 +25,7 @@ _MOST = 6
 @click.option("--to", "end", type=float, metavar="X", help="End of the axis.")
 @click.option("--title", default="", help="Heading of the picture.")
 @click.option("--dark", is_flag=True, help="Draw for a dark page.")
-@click.option("--force", is_flag=True, help="Replace a file that was not written by nsspice.")
+@force_option
 @json_option
 def command(
     files: Sequence[str],
