@@ -8,7 +8,7 @@ currents, voltages and charges on one tape and say in which rows they enter.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -424,6 +424,30 @@ class Stamper:
         branch = self.branch(inner, element=element)
         self.connect(branch, node, inner)
         self.G.add(branch, branch, ohms)
+
+    def charge_with_knots(
+        self,
+        node: str,
+        unit: float,
+        across: Iterable[tuple[int, float]],
+        slope: float,
+        knots: Iterable[tuple[int, float]],
+    ) -> None:
+        """Add a charge that is a broken line, as the capacitor ``unit`` [F] at an inner node.
+
+        Its current is the unknown of the branch of this name: ``unit`` times the rate of the node's
+        voltage, which is ``slope`` times the voltage ``across`` and a multiple of what each pair
+        has beyond its knot; ``knots`` are pairs with their multiples.
+        """
+        y, row = self.layout.nodes[node], self.layout.branches[node]
+        self.capacitance(node, "0", unit)
+        self.G.add(y, row, -1.0)
+        self.G.add(row, y, 1.0)
+        for index, sign in across:
+            self.G.add(index, row, sign)
+            self.G.add(row, index, -sign * slope)
+        for pair, multiple in knots:
+            self.A.add(row, pair, -multiple)
 
     def current_source(self, a: str, b: str, column: int, factor: float = 1.0) -> None:
         """Let ``factor`` times a waveform flow from a through the element to b."""

@@ -152,18 +152,12 @@ class BrokenJunction:
         if not self.stores_energy:
             return
         unit = _unit(lines) * parallel
-        node, row = f"{name}#charge", stamper.branch(f"{name}#charge", element=element)
+        node, share = f"{name}#charge", parallel / unit
+        stamper.branch(node, element=element)
         stamper.internal_node(node, element)
-        stamper.capacitance(node, "0", unit)
-        y = layout.nodes[node]
-        stamper.G.add(y, row, -1.0)
-        stamper.G.add(row, y, 1.0)
-        share = parallel / unit
-        for index, sign in across:
-            stamper.G.add(index, row, sign)
-            stamper.G.add(row, index, -sign * lines.depletion.slope * share)
-        for index, pair in zip(layout.pairs[name], pairs, strict=True):
-            stamper.A.add(row, index, -pair.way * pair.capacitance * share)
+        knots = zip(layout.pairs[name], pairs, strict=True)
+        beyond = [(index, pair.way * pair.capacitance * share) for index, pair in knots]
+        stamper.charge_with_knots(node, unit, across, lines.depletion.slope * share, beyond)
 
     def _knot(
         self,

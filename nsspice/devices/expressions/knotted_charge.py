@@ -99,26 +99,20 @@ class KnottedCharge(ChargeLayers):
         layout.broken.append(self.name)
         if not stamper.junctions:
             return
-        y, row = layout.nodes[self._node], layout.branches[self._node]
-        stamper.capacitance(self._node, "0", unit)
-        stamper.G.add(y, row, -1.0)
-        stamper.G.add(row, y, 1.0)
         across = layout.voltage(*self.ends)
         at_origin = next(c for begin, c in reversed(self._pieces) if begin < 0.0)
-        for index, sign in across:
-            stamper.G.add(index, row, sign)
-            stamper.G.add(row, index, -sign * at_origin / unit)
-        own = []
+        own, beyond = [], []
         for k, knot in enumerate(self._knots, start=1):
             pair = stamper.pair(f"{self.name}.{k}", self.name, "0", "0", knot.place, 1.0)
-            stamper.A.add(row, pair, -knot.way * knot.capacitance / unit)
             for index, sign in across:
                 stamper.B.add(pair, index, knot.way * sign)
             own.append(pair)
+            beyond.append((pair, knot.way * knot.capacitance / unit))
+        stamper.charge_with_knots(self._node, unit, across, at_origin / unit, beyond)
         layout.pairs[self.name] = tuple(own)
         a, b = self.ends
         tree = sub(self.whole.tree(f"v({a},{b})"), num(self._charge(0.0)))
-        value = Functional(z=((y, unit),))
+        value = Functional(z=((layout.nodes[self._node], unit),))
         layout.stated.append(Stated(self.name, Expression(tree, self.span), value, {}))
 
     def _charge(self, x: float) -> float:
