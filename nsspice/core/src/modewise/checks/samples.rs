@@ -115,17 +115,20 @@ impl Samples {
     /// Whether one interval of a segment of this length is to be recorded, `fresh` if its mode has not been met before;
     /// of so many modes at any cost.
     pub fn takes(&mut self, length: f64, fresh: bool, modes: usize) -> bool {
-        if !self.watches || length <= 0.0 {
-            return false;
+        let taken = self.watches && length > 0.0 && self.affords(fresh, modes).is_some();
+        if taken {
+            self.tokens = self.tokens.saturating_sub(PRICE);
         }
+        taken
+    }
+
+    /// Counts a segment, and the mode that it meets first if it is `fresh`. Some if an interval can be recorded of it:
+    /// whether that is so at any cost, as of so many modes.
+    fn affords(&mut self, fresh: bool, modes: usize) -> Option<bool> {
         self.tokens = (self.tokens + 1).min(STOCK);
         let first = fresh && self.modes < modes;
         self.modes += usize::from(fresh);
-        if !first && self.tokens < PRICE {
-            return false;
-        }
-        self.tokens = self.tokens.saturating_sub(PRICE);
-        true
+        (first || self.tokens >= PRICE).then_some(first)
     }
 
     /// Nothing is known of where the last motion ended.
@@ -257,12 +260,7 @@ impl Engine {
             w.empty = w.empty.saturating_add(1);
             return;
         }
-        w.tokens = (w.tokens + 1).min(STOCK);
-        let first = fresh && w.modes < FIRST_MODES;
-        w.modes += usize::from(fresh);
-        if !first && w.tokens < PRICE {
-            return;
-        }
+        let Some(first) = w.affords(fresh, FIRST_MODES) else { return };
         let swing = self.swing(mode, length);
         let w = &mut self.samples;
         let quota = w.tokens.div_ceil(PART * PRICE).min(w.tokens / PRICE) as usize;
