@@ -31,6 +31,7 @@ _COMMANDS = {
     "compare": "compare a simulation with ngspice or a reference waveform",
     "plot": "draw CSV files on a shared axis",
     "draw": "draw the schematic of a netlist",
+    "convert": "turn a deck of another program into a clean one",
     "verify": "certify a stored result again, without running it",
     "examples": "list or copy the collection of netlists",
     "plecs": "turn a PLECS thermal description into a model card",

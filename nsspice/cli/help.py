@@ -40,6 +40,9 @@ _EXAMPLES = {
     ),
     "fmu": (('nsspice fmu buck.net --input vg --signals "v(out)"', "buck.fmu: vg in, v(out) out"),),
     "serve-mcp": (("nsspice serve-mcp --folder .", "for an agent that starts it as a server"),),
+    "convert": (
+        ("nsspice convert X.cir -o X.net", "a deck that needs no other file; notes on stderr"),
+    ),
     "verify": (("nsspice verify result", "what nsspice run buck.net --archive result has kept"),),
     "examples": (("nsspice examples copy buck", "a deck to start from"),),
 }

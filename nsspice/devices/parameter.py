@@ -131,6 +131,8 @@ class Table:
                 findings.error("NS2003", f"{owner} has no parameter {key}", param.span, hint)
                 continue
             value = param.value
+            if entry.status in ("inert", "omitted", "refused"):
+                findings.idle.add(param.span)
             if entry.status == "inert":
                 ignored.append(key)
                 continue

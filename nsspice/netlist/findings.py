@@ -37,6 +37,8 @@ class Findings:
         #: libraries that do not exist; ``missed`` is a name that one of them may have declared
         self.absent: list[Diagnostic] = []
         self.missed = ""
+        #: places of parameters without an effect
+        self.idle: set[Span] = set()
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
 

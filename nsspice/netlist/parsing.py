@@ -8,13 +8,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import Diagnostic, NetlistError, Span, suggest
 from .cards.control import CardReader
 from .cards.noise_sources import draw_waveforms
 from .deck import DcCard, Deck
 from .elements.reading import Reader
-from .expansion.body import BodyReader
+from .expansion.body import Body, BodyReader
 from .expansion.draws import Draws
 from .expansion.expand import Expander
 from .expansion.parts import Parts
@@ -27,6 +28,7 @@ from .text.files import FileReader
 from .text.lines import logical_lines, physical_lines
 from .text.numbers import as_float
 from .text.schematic import schematic_of
+from .text.script import Script
 from .text.source import read_text
 from .text.structure import build
 
@@ -37,6 +39,26 @@ _ELEMENT_LIKE = re.compile(
     r"\s*(?:[rlcvi]\w*\d\w*[\s,]+\S+[\s,]+\S+[\s,]+[-+{'.\d]|[rlcvi]\d*\s+\S+\s+0\s+[-+{'.\d])",
     re.I,
 )
+
+
+class Reading(NamedTuple):
+    """A deck with what it was made of.
+
+    Parameters
+    ----------
+    deck : Deck
+    body : Body
+        The lines of the deck outside of subcircuits, read and not yet evaluated.
+    scope : Scope
+        The names of the deck; what was used of them is evaluated.
+    scripts : list of Script
+        The ``.control`` blocks.
+    """
+
+    deck: Deck
+    body: Body
+    scope: Scope
+    scripts: list[Script]
 
 
 def parse_text(
@@ -97,8 +119,8 @@ def parse_text(
       ^^^^^^^
       hint: write Rname node node value
     """
-    with _no_collection():
-        return _parse(text, file, params or {}, directory or Path(), confined, added, seed)
+    where = directory or Path()
+    return reading_of(text, file, params or {}, where, confined, added, seed).deck
 
 
 def parse_file(
@@ -139,8 +161,20 @@ def parse_file(
       hint: check the path
     """
     path = Path(path)
+    text = text_of(path)
+    return parse_text(text, str(path), params, path.parent, confined, seed=seed)
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a netlist file.
+
+    Raises
+    ------
+    NetlistError
+        NS1050 if it cannot be read.
+    """
     try:
-        text = read_text(path)
+        return read_text(path)
     except FileNotFoundError:
         message = f"file {path} does not exist"
         raise NetlistError(Diagnostic("NS1050", message, None, "check the path")) from None
@@ -148,7 +182,6 @@ def parse_file(
         reason = getattr(error, "strerror", None) or str(error)
         message = f"file {path} cannot be read: {reason}"
         raise NetlistError(Diagnostic("NS1050", message, None)) from None
-    return parse_text(text, str(path), params, path.parent, confined, seed=seed)
 
 
 @contextmanager
@@ -166,6 +199,20 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
+def reading_of(
+    text: str,
+    file: str,
+    params: Mapping[str, float],
+    directory: Path,
+    confined: bool = False,
+    added: Sequence[str] = (),
+    seed: int = 0,
+) -> Reading:
+    """Return the deck of ``parse_text`` with its lines, for those who write them again."""
+    with _no_collection():
+        return _parse(text, file, params, directory, confined, added, seed)
+
+
 def _parse(
     text: str,
     file: str,
@@ -174,7 +221,7 @@ def _parse(
     confined: bool,
     added: Sequence[str],
     seed: int,
-) -> Deck:
+) -> Reading:
     """Do the work of ``parse_text``."""
     findings = Findings()
     rows = physical_lines(text)
@@ -230,7 +277,7 @@ def _parse(
     expression_parser.SHAPES.keep()
     findings.raise_errors(deck)
     deck.warnings = findings.warnings
-    return deck
+    return Reading(deck, body, scope, files.scripts)
 
 
 def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:

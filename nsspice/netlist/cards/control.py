@@ -101,6 +101,13 @@ class CardReader:
         self._expander = expander
         self._computes = False  # whether the deck asks for an analysis that is computed
 
+    @staticmethod
+    def reads(card: str, inside: bool) -> bool:
+        """Return whether a card asks for something, in the deck or inside a subcircuit."""
+        if inside:
+            return card in ("ic", "nodeset")
+        return card in _READERS or card in _EARLY or card == "sens"
+
     def prepare(self) -> None:
         """Read what the elements depend on: .global, .temp, and .step without a .param."""
         for card, line, scope in self._expander.cards:

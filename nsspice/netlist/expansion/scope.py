@@ -313,6 +313,11 @@ class Scope:
         self.models[name] = card
         return self.model(name)
 
+    @property
+    def made(self) -> list[str]:
+        """Names of its models that something uses."""
+        return list(self._made)
+
     def named_models(self, params: Mapping[str, ParamText]) -> dict[str, Model]:
         """Return the model cards that parameters of a transistor name.
 

@@ -212,6 +212,8 @@ def _show(node: Node) -> tuple[str, int]:
     for arg in node.args[1:]:
         if op == "add" and arg.op == "neg":
             text += f" - {_within(arg.args[0], 6)}"
+        elif op == "add" and arg.op == "num" and as_float(arg.value) < 0.0:
+            text += f" - {format_number(-as_float(arg.value))}"
         elif op == "mul" and arg.op == "inv":
             text += f"/{_within(arg.args[0], 7)}"
         else:
