@@ -276,6 +276,16 @@ class TfCard(NamedTuple):
     span: Span
 
 
+class PzCard(NamedTuple):
+    """``.pz n1 n2 n3 n4 vol|cur pol|zer|pz``: poles and zeros between two ports."""
+
+    input: tuple[str, str]
+    output: tuple[str, str]
+    kind: str
+    wanted: str
+    span: Span
+
+
 class LoopCard(NamedTuple):
     """``.loop source dec|oct|lin n from to``: the loop gain at a source of zero volts."""
 
@@ -362,7 +372,7 @@ class HeatSinkCard(NamedTuple):
     span: Span
 
 
-Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard
+Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard | PzCard
 _KINDS = {
     OpCard: "op",
     DcCard: "dc",
@@ -372,11 +382,12 @@ _KINDS = {
     LoopCard: "loop",
     NoiseCard: "noise",
     TfCard: "tf",
+    PzCard: "pz",
 }
 
 
 def kind_of(card: Analysis) -> str:
-    """Return ``op``, ``dc``, ``tran``, ``pss``, ``ac``, ``loop``, ``noise`` or ``tf``."""
+    """Return the name of the card: ``op``, ``dc``, ``tran`` ..."""
     return _KINDS[type(card)]
 
 
@@ -417,7 +428,7 @@ class Deck:
         As the user gave it, ``<netlist>`` for text.
     elements : list of Element
         In deck order, subcircuit contents in place of their X line.
-    analyses : list of OpCard, DcCard, TranCard, PssCard, AcCard, LoopCard, NoiseCard, TfCard
+    analyses : list of Analysis
     options : dict of str to Param
         Lower-case names; flags hold the value 1.0.
     initial, nodesets : dict of str to Param

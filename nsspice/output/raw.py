@@ -30,6 +30,7 @@ _PLOTS = {
     "loop": "AC Analysis",
     "noise": "Noise Spectral Density Curves",
     "tf": "Transfer Function",
+    "pz": "Pole-Zero Analysis",
     "sens": "Sensitivity Analysis",
 }
 _HEAD = 1 << 20  # bytes of a header: thousands of variables
@@ -62,9 +63,11 @@ def write_raw(
     names, table = solution.table(columns)
     complex_ = any(name.startswith("re(") for name in names)
     if complex_:
-        # real and imaginary part are one variable; the frequency has an imaginary part of zero
-        names = ["frequency", *(name[3:-1] for name in names[1::2])]
-        table = np.column_stack([table[:, :1], np.zeros((len(table), 1)), table[:, 1:]])
+        # real and imaginary part are one variable; the axis has an imaginary part of zero
+        axes = 1 if solution.axis_name else 0
+        names = [*names[:axes], *(name[3:-1] for name in names[axes::2])]
+        zeros = np.zeros((len(table), axes))
+        table = np.column_stack([table[:, :axes], zeros, table[:, axes:]])
     types = [_TYPES.get(unit(name), "notype") for name in names]
     if solution.axis_name and types[0] == "notype":
         types[0] = "voltage" if solution.axis_name.startswith("v") else "notype"

@@ -52,7 +52,7 @@ def describe(solution: Solution, details: bool = True) -> str:
         for name, value in solution.measures.items():
             text = "not found" if math.isnan(value) else f"{value:.9g}"
             lines.append(f"    {name:<{width}} = {text}")
-    if solution.analysis in ("op", "tf") and solution.axis.size:
+    if solution.analysis in ("op", "tf", "pz") and solution.axis.size:
         lines += _operating_point(solution)
     if solution.loop is not None:
         lines += _loop(solution.loop)
@@ -311,12 +311,26 @@ def _cost(islands: Sequence[IslandRun]) -> str:
 
 
 def _operating_point(solution: Solution) -> list[str]:
+    if solution.analysis == "pz":
+        return _roots(solution)
     names = solution.columns[:40]
     width = max(map(len, names), default=0)
     lines = [f"    {n:<{width}} = {number(float(solution[n][0]), unit(n), 9)}" for n in names]
     if len(solution.columns) > len(names):
         lines.append(f"    ... and {len(solution.columns) - len(names)} more")
     return lines
+
+
+def _roots(solution: Solution) -> list[str]:
+    """Return poles and zeros, conjugate pairs in one line."""
+    lines = []
+    for name in (column[3:-1] for column in solution.columns[::2]):
+        value = complex(solution[name][0])
+        if value.imag < 0.0:
+            continue
+        text = f"{value.real:.9g} +- {value.imag:.9g}j" if value.imag else f"{value.real:.9g}"
+        lines.append(f"    {name} = {text} rad/s")
+    return lines or ["    none"]
 
 
 def _count(n: int, word: str) -> str:
@@ -400,7 +414,7 @@ def to_dict(solution: Solution) -> dict[str, Any]:
         "measures": solution.measures,
         "warnings": [w.to_dict() for w in solution.warnings],
     }
-    if solution.analysis in ("op", "tf") and axis.size:
+    if solution.analysis in ("op", "tf", "pz") and axis.size:
         data["values"] = {name: float(solution[name][0]) for name in solution.columns}
     return {key: _finite(value) for key, value in data.items()}
 

@@ -41,6 +41,7 @@ from ..solution.solution import Solution
 from ..static.statics import SolvedAgain, check_sweep, run_dc, run_op
 from ..steady.loop_gain import Loop, run_loop
 from ..steady.noise import Noise, run_noise
+from ..steady.poles import Pz, run_pz
 from ..steady.sensitivity import add_sensitivities
 from ..steady.small_signal import Ac, run_ac
 from ..steady.steady_state import Pss, find_orbits, run_pss
@@ -427,6 +428,7 @@ _RUN: dict[str, Callable[[Circuit, Any, Request], Solution]] = {
     "loop": lambda circuit, card, request: run_loop(circuit, Loop.from_card(card), request),
     "noise": lambda circuit, card, request: run_noise(circuit, Noise.from_card(card), request),
     "tf": lambda circuit, card, request: run_tf(circuit, Tf.from_card(card), request),
+    "pz": lambda circuit, card, request: run_pz(circuit, Pz.from_card(card), request),
 }
 
 

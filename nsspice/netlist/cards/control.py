@@ -12,7 +12,7 @@ from ..expansion.scope import Scope
 from ..expressions.node import Node, TooLarge
 from ..findings import Unreadable
 from ..text.lines import Line
-from . import analyses, heat, measure, options, outputs, periodic
+from . import analyses, heat, measure, options, outputs, periodic, ports
 from .context import Context
 
 _READERS: dict[str, Callable[[Context, Line], None]] = {
@@ -36,6 +36,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "probe": outputs.outputs,
     "probe64": outputs.outputs,
     "pss": periodic.pss,
+    "pz": ports.pz,
     "save": outputs.outputs,
     "step": analyses.step,
     "tf": periodic.tf,
@@ -48,7 +49,7 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "title": options.title,
 }
 #: analyses that are computed, those that a program runs first
-PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf"])
+PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz"])
 _COMPUTED = (*PROGRAM, "pss", "loop", "sens")
 #: cannot change a waveform
 _IGNORED = {
@@ -66,8 +67,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("acmodel", "disto", "hb", "pz", "sp")
-_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf and .sens are computed"
+_OTHER_ANALYSES = ("acmodel", "disto", "hb", "sp")
+_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf, .pz and .sens are computed"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",

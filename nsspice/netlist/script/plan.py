@@ -26,7 +26,7 @@ LOOKING = frozenset([
     "alias", "asciiplot", "cross", "cutout", "deftype", "delete", "destroy", "diff",
     "display", "disto", "echo", "eprint", "eprvcd", "esave", "exit", "fft", "gnuplot",
     "hardcopy", "history", "iplot", "linearize", "listing", "option", "options", "plot",
-    "psd", "pz", "quit", "rehash", "remzerovec", "rusage", "save", "sens", "setcs",
+    "psd", "quit", "rehash", "remzerovec", "rusage", "save", "sens", "setcs",
     "setplot", "setscale", "settype", "show", "showmod", "sp", "spec", "status", "step",
     "stop", "strcmp", "trace", "unalias", "unlet", "unset", "version", "where", "write",
     "wrnodev", "wrs2p", "xgraph",
@@ -39,7 +39,7 @@ REFUSED = frozenset([
 ])  # fmt: skip
 #: statements that one program may execute
 MAX_STATEMENTS = 200_000
-_RUNS = frozenset(["op", "dc", "tran", "ac", "noise", "tf"])
+_RUNS = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz"])
 
 
 class _End(Exception):

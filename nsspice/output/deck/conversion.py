@@ -85,7 +85,7 @@ def convert(source: str | Path, *, confined: bool = False) -> Conversion:
     difference = _difference(_content(first.deck, findings.idle), _content(second.deck, ()))
     if difference:
         message = f"the deck cannot be written so that it reads back the same: {difference}"
-        hint = "keep the deck as it is, and report it"
+        hint = "keep the deck as it is, and report this"
         raise UsageError(Diagnostic("NS4032", message, hint=hint))
     left = {(w.code, w.message) for w in build(second.deck).warnings}
     notes = [_note(w, file) for w in warnings if (w.code, w.message) not in left]

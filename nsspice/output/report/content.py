@@ -35,6 +35,7 @@ _RESPONSES = {
     "loop": "loop gain, linear about the operating point or the periodic steady state",
     "noise": "noise densities, linear about the operating point",
     "tf": "gain and resistances, linear about the operating point",
+    "pz": "poles and zeros, linear about the operating point",
 }
 
 
@@ -135,7 +136,7 @@ def run(solution: Solution, total: int = 1, siblings: int = 1, room: int = ALONE
     from ..summary import describe
 
     drawable = solution.axis.size > 1 and solution.axis_name
-    values = solution.analysis in ("op", "tf") and solution.axis.size
+    values = solution.analysis in ("op", "tf", "pz") and solution.axis.size
     shown = first_shown(solution)
     return {
         "label": label(solution, siblings > 1),

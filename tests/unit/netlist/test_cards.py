@@ -120,7 +120,7 @@ def test_initial_values_of_elements_may_be_asked_for(word: str) -> None:
         (".tf i(r1) v1", "NS1080"),
         (".tf v(out) v9", "NS1070"),
         (".sens", "NS1080"),
-        (".pz a b c d cur pol", "NS1002"),
+        (".hb 1 1", "NS1002"),
         (".trann 1 2", "NS1001"),
         (".", "NS1001"),
         (".endl", "NS1044"),
