@@ -37,8 +37,8 @@ _RECORDED = 16
 _PICTURES = (".png", ".svg", ".pdf")
 _PAGES = (".html", ".htm")
 #: analyses whose runs over a .step are one picture
-_FAMILIES = ("tran", "dc", "pss", "ac", "loop")
-_FILE = "Output file: .csv, .raw, .npz, .parquet or .h5; - is standard output."
+_FAMILIES = ("tran", "dc", "pss", "ac", "loop", "sp")
+_FILE = "Output file: .csv, .raw, .npz, .parquet, .h5 or .s2p; - is standard output."
 
 
 @click.command("run", short_help="simulate a netlist")
@@ -264,7 +264,7 @@ class _Run:
         force: bool,
     ) -> None:
         from ..analyses.studies.batch import jobs_of
-        from ..output.exports import WHOLE
+        from ..output.exports import is_whole
 
         self.circuit, self.force = circuit, force
         self.netlist = path_of(netlist)
@@ -273,7 +273,7 @@ class _Run:
         self.stdout = output == "-"
         suffix = "" if output in (None, "-") else Path(str(output)).suffix.lower()
         self.raw = suffix == ".raw"
-        self.whole = suffix in WHOLE  # written when a run is complete
+        self.whole = is_whole(suffix)  # written when a run is complete
         labels = [job.label for job in self.jobs]
         if self.raw:  # all steps of an analysis are plots of one file
             labels = [_without_step(label) for label in labels]

@@ -286,6 +286,13 @@ class PzCard(NamedTuple):
     span: Span
 
 
+class SpCard(NamedTuple):
+    """``.sp dec|oct|lin n from to``: scattering parameters between the V with ``portnum``."""
+
+    frequencies: tuple[float, ...]
+    span: Span
+
+
 class LoopCard(NamedTuple):
     """``.loop source dec|oct|lin n from to``: the loop gain at a source of zero volts."""
 
@@ -372,7 +379,9 @@ class HeatSinkCard(NamedTuple):
     span: Span
 
 
-Analysis = OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard | PzCard
+Analysis = (
+    OpCard | DcCard | TranCard | PssCard | AcCard | LoopCard | NoiseCard | TfCard | PzCard | SpCard
+)
 _KINDS = {
     OpCard: "op",
     DcCard: "dc",
@@ -383,6 +392,7 @@ _KINDS = {
     NoiseCard: "noise",
     TfCard: "tf",
     PzCard: "pz",
+    SpCard: "sp",
 }
 
 

@@ -16,6 +16,7 @@ from .atomic_write import whole
 from .csv import write_csv
 from .files import output_error
 from .raw import write_raw
+from .touchstone import SUFFIX, write_touchstone
 
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Solution
@@ -66,8 +67,11 @@ _FORMATS: dict[str, tuple[_Writer, str]] = {
     ".h5": (_hdf5, "h5py"),
     ".hdf5": (_hdf5, "h5py"),
 }
-#: tables that are written when they are complete; CSV is written while it is computed
-WHOLE = frozenset([".raw", *_FORMATS])
+
+
+def is_whole(suffix: str) -> bool:
+    """Return whether a table is written when it is complete; CSV is while it is computed."""
+    return suffix == ".raw" or suffix in _FORMATS or bool(SUFFIX.fullmatch(suffix))
 
 
 def check_export(path: Path) -> None:
@@ -90,7 +94,7 @@ def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = N
     ----------
     solution : Solution
     path : str or Path
-        ``.csv``, ``.raw``, ``.npz``, ``.parquet``, ``.h5`` or ``.hdf5``.
+        ``.csv``, ``.raw``, ``.npz``, ``.parquet``, ``.h5``, ``.hdf5``, or ``.s2p`` for two ports.
     columns : sequence of str, optional
         Signals to write; all ``columns`` of the solution if left out.
 
@@ -117,6 +121,8 @@ def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = N
         write_csv(solution, path, columns)
     elif suffix == ".raw":
         write_raw(solution, path, columns)
+    elif SUFFIX.fullmatch(suffix):
+        _export(write_touchstone, solution, path, columns)
     elif suffix in _FORMATS:
         _export(_FORMATS[suffix][0], solution, path, columns)
     else:

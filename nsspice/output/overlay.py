@@ -146,7 +146,7 @@ def plot(
     if len(solutions) == 1:
         return draw(solutions[0], path, columns, dark=dark)
     runs = [s for s in solutions if s.axis_name and s.axis.size > 1]
-    if runs and runs[0].analysis in ("ac", "loop"):
+    if runs and runs[0].analysis in ("ac", "loop", "sp"):
         if path is not None:
             check_format(path)
         return finished(draw_bode(runs, columns), path, dark)

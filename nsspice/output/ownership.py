@@ -63,6 +63,8 @@ def written_by_nsspice(path: Path) -> bool:
         return True
     if head.startswith(b'{\n "name": '):  # an operating point of windings
         return head.split(b"\n")[1].endswith(b'(by nsspice)",')
+    if head.startswith(b"! "):  # scattering parameters
+        return head.split(b"\n")[0].endswith(b"(by nsspice)")
     if head.startswith(b"Title:"):
         return b"\nCommand: nsspice" in head
     return _is_table(head, len(head) == size)

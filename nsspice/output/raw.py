@@ -31,6 +31,7 @@ _PLOTS = {
     "noise": "Noise Spectral Density Curves",
     "tf": "Transfer Function",
     "pz": "Pole-Zero Analysis",
+    "sp": "SP Analysis",
     "sens": "Sensitivity Analysis",
 }
 _HEAD = 1 << 20  # bytes of a header: thousands of variables

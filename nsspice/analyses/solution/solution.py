@@ -200,6 +200,8 @@ class Solution(RunStatistics, HandedOver):
         Period, Floquet multipliers and verdict of a periodic steady state.
     loop : LoopReport or None
         Crossover and margins of a loop gain.
+    ports : tuple of float
+        Impedances of the ports of ``.sp`` [Ohm].
     integrals : Integrals or None
         Exact Fourier coefficients, averages and powers of a periodic steady state.
     spectra : list of Spectrum
@@ -249,6 +251,7 @@ class Solution(RunStatistics, HandedOver):
     error: ErrorEstimate | None = None
     periodic: Periodic | None = None
     loop: LoopReport | None = None
+    ports: tuple[float, ...] = ()
     integrals: Integrals | None = None
     spectra: list[Spectrum] = field(default_factory=list)
     powers: LossTable | None = None

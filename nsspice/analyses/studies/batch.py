@@ -42,6 +42,7 @@ from ..static.statics import SolvedAgain, check_sweep, run_dc, run_op
 from ..steady.loop_gain import Loop, run_loop
 from ..steady.noise import Noise, run_noise
 from ..steady.poles import Pz, run_pz
+from ..steady.scattering import Sp, run_sp
 from ..steady.sensitivity import add_sensitivities
 from ..steady.small_signal import Ac, run_ac
 from ..steady.steady_state import Pss, find_orbits, run_pss
@@ -429,6 +430,7 @@ _RUN: dict[str, Callable[[Circuit, Any, Request], Solution]] = {
     "noise": lambda circuit, card, request: run_noise(circuit, Noise.from_card(card), request),
     "tf": lambda circuit, card, request: run_tf(circuit, Tf.from_card(card), request),
     "pz": lambda circuit, card, request: run_pz(circuit, Pz.from_card(card), request),
+    "sp": lambda circuit, card, request: run_sp(circuit, Sp.from_card(card), request),
 }
 
 

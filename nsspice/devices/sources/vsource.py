@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...problems.descriptor import Functional, Waveform
 from ..device import NO_VALUES, Context, Device, Edge, check_flags
 from ..effect import Effect
-from ..parameter import Table, inert, refused
+from ..parameter import Parameter, Table, inert, refused
 from ..stamper import Conditions, Layout, Stamper
 from .waveform import check_source, initial_value, source_waveforms
 
@@ -27,7 +27,12 @@ class VoltageSource(Device):
     """An independent voltage source; its current into the first terminal is an unknown."""
 
     KIND = "voltage source"
-    INSTANCE = Table(inert("m", "number of equal sources in parallel"), *SOURCE_SHARED)
+    INSTANCE = Table(
+        inert("m", "number of equal sources in parallel"),
+        Parameter("portnum", "number of the port, for .sp"),
+        Parameter("z0", "impedance of the port, in series", "Ohm", 50.0),
+        *SOURCE_SHARED,
+    )
     shows_current = True
     NOISE = ()
     __slots__ = ("source",)

@@ -38,6 +38,7 @@ _READERS: dict[str, Callable[[Context, Line], None]] = {
     "pss": periodic.pss,
     "pz": ports.pz,
     "save": outputs.outputs,
+    "sp": ports.sp,
     "step": analyses.step,
     "tf": periodic.tf,
     "tran": analyses.tran,
@@ -49,7 +50,7 @@ _EARLY: dict[str, Callable[[Context, Line], None]] = {
     "title": options.title,
 }
 #: analyses that are computed, those that a program runs first
-PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz"])
+PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz", "sp"])
 _COMPUTED = (*PROGRAM, "pss", "loop", "sens")
 #: cannot change a waveform
 _IGNORED = {
@@ -67,8 +68,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("acmodel", "disto", "hb", "sp")
-_OTHER_HINT = "only .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf, .pz and .sens are computed"
+_OTHER_ANALYSES = ("acmodel", "disto", "hb")
+_OTHER_HINT = "computed are .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf, .pz, .sp and .sens"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",

@@ -14,7 +14,7 @@ from ..text.statement import Item
 from .context import Context
 
 _ANALYSES = {"tran", "dc", "op", "pss", "ac"}
-_OTHER_ANALYSES = {"noise", "tf", "four", "pz"}
+_OTHER_ANALYSES = {"noise", "tf", "four", "pz", "sp"}
 _ALL = {"all", "alli", "allv", "allp"}
 _HASH = re.compile(r"(.+)#branch")
 _DEVICE = re.compile(r"@([^\[\]]+)\[(\w+)\]")

@@ -90,7 +90,7 @@ def ac(context: Context, line: Line) -> None:
         sidebands = context.number(line, pair.items[1], "a number")
         if not (sidebands >= 0.0 and sidebands == int(sidebands)):
             raise Unreadable("NS1080", ".ac: sidebands must be 0 or more", where, _AC_HINT)
-    frequencies = _range(line, ".ac", words, context)
+    frequencies = frequency_range(line, ".ac", words, context)
     card = AcCard(frequencies, int(sidebands), line.whole())
     context.deck.analyses.append(card)
 
@@ -111,7 +111,7 @@ def loop(context: Context, line: Line) -> None:
     if source.letter != "v" or source.value is not None or "0" in source.nodes:
         message = f".loop: {name} is not a voltage source between two nodes of the loop"
         raise Unreadable("NS1080", message, where, hint)
-    frequencies = _range(line, ".loop", words[1:], context)
+    frequencies = frequency_range(line, ".loop", words[1:], context)
     context.deck.analyses.append(LoopCard(name, frequencies, line.whole()))
 
 
@@ -126,7 +126,7 @@ def noise(context: Context, line: Line) -> None:
     source = _source(context, line, ".noise", words, hint)
     # SPICE's points per summary change no result
     count = 5 if len(words) == 6 and words[1].text in ("dec", "oct", "lin") else len(words)
-    frequencies = _range(line, ".noise", words[1:count], context)
+    frequencies = frequency_range(line, ".noise", words[1:count], context)
     context.deck.analyses.append(NoiseCard(output, source, frequencies, line.whole()))
 
 
@@ -235,7 +235,9 @@ def sens_op(context: Context, line: Line) -> None:
         context.deck.analyses.append(OpCard(line.whole()))
 
 
-def _range(line: Line, card: str, words: list[Item], context: Context) -> tuple[float, ...]:
+def frequency_range(
+    line: Line, card: str, words: list[Item], context: Context
+) -> tuple[float, ...]:
     """Return the frequencies that a card asks for [Hz]."""
     hint = _AC_HINT.replace(".ac", card)
     kinds = ("dec", "oct", "lin", "list")

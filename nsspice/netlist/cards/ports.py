@@ -1,11 +1,12 @@
-"""``.pz``: the linearised circuit between two ports."""
+"""``.pz`` and ``.sp``: the linearised circuit between ports."""
 
 from __future__ import annotations
 
-from ..deck import PzCard
+from ..deck import PzCard, SpCard
 from ..findings import Unreadable
 from ..text.lines import Line
 from .context import Context
+from .periodic import frequency_range
 
 
 def pz(context: Context, line: Line) -> None:
@@ -23,3 +24,17 @@ def pz(context: Context, line: Line) -> None:
             raise Unreadable("NS1080", ".pz: both nodes of a port are the same", line.whole(), hint)
     ports = (nodes[0], nodes[1]), (nodes[2], nodes[3])
     context.deck.analyses.append(PzCard(*ports, kinds[0], kinds[1], line.whole()))
+
+
+def sp(context: Context, line: Line) -> None:
+    """Read ``.sp dec|oct|lin n from to [0|1]``, or ``list f ...``."""
+    words, pairs = context.split(line)
+    if pairs:
+        where = line.span(pairs[0].start, pairs[0].end)
+        raise Unreadable("NS1080", ".sp has no named arguments", where, "write .sp dec 10 1 1g")
+    noise = len(words) == 5 and words[0].text in ("dec", "oct", "lin")
+    if noise and words.pop().text != "0":
+        message = ".sp: noise parameters are not computed"
+        context.findings.warning("NS1003", message, line.whole(), "use .noise")
+    frequencies = frequency_range(line, ".sp", words, context)
+    context.deck.analyses.append(SpCard(frequencies, line.whole()))

@@ -62,9 +62,6 @@ def controlled(reader: Reader, line: Line, items: list[Item]) -> Template:
         result.node_spans += (line.span(item.start, item.end),)
         result.control_kind = "element"
         _gain(terminals, result)
-    if result.letter in "fh" and not (result.controls or result.quantity):
-        message = f"{result.name}: {result.letter.upper()} needs a controlling source"
-        raise Unreadable("NS1008", message, result.span, "or use a B element with an expression")
     for key in ("value", "vol", "cur", "table", "gain", ""):
         terminals.pairs = [pair for pair in terminals.pairs if pair.text != key]
     result.params = terminals.params(_PARAMS)

@@ -10,16 +10,27 @@ current of the inductance alone, ``ic=`` is its own, and a coupling finds it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ..deck import Element
+from ..deck import Element, Param
 from ..findings import Findings, Unreadable
 from .core import with_core
 
 SERIES = ("rser", "lser")
 PARALLEL = ("rpar", "cpar")
 PARASITICS = frozenset({*SERIES, "rlshunt", *PARALLEL})
+
+
+def port_impedance(element: Element) -> float:
+    """Return the impedance of a port [Ohm], which is positive."""
+    given = element.params.get("z0")
+    value = 50.0 if given is None else given.value
+    if not isinstance(value, float) or not 0.0 < value < math.inf:
+        message = f"{element.name}: the impedance z0 of a port is a positive number"
+        raise Unreadable("NS1025", message, element.span, "write portnum 1 z0 50")
+    return value
 
 
 def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
@@ -47,6 +58,12 @@ def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
     [('l1', ('l1#rser', '0')), ('l1.rser', ('a', 'l1#rser')), ('l1.cpar', ('a', '0'))]
     """
     given = {key: p for key, p in element.params.items() if key in PARASITICS}
+    if "portnum" in element.params:
+        if "rser" in given:
+            message = f"{element.name}: a port has an impedance z0, and no rser besides"
+            raise Unreadable("NS1009", message, given["rser"].span, "remove one of them")
+        where = element.params["portnum"].span
+        given["rser"] = Param("rser", port_impedance(element), where)
     if not given:
         yield from with_core(element, findings)
         return

@@ -14,17 +14,19 @@ from ..text.statement import Item
 from .broken_line import points_of
 from .controlled import table_law
 from .reading import Reader, flat
-from .template import Formula, SourceTemplate, Template, Value
+from .template import Formula, ParamText, SourceTemplate, Template, Value
 from .terminals import Terminals
 from .waveforms import KINDS, count_problem
 
 _SPELLINGS = {"sine": "sin"}
 _OTHER = {"noise", "external", "distof1", "distof2", "wavefile", "pat"}
-_PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file"}
+_PARAMS = {"r", "td", "m", "rser", "cpar", "rpar", "ac", "dc", "load", "file", "portnum", "z0"}
+#: what a V says about itself as a port
+_PORT = ("portnum", "z0", "pwr", "freq", "phase")
 #: below it the current of a load is proportional to its voltage [V]
 _FALL = 0.5
 #: words that end the arguments of a waveform
-_KEYWORDS = {"dc", "ac", "load", *KINDS}
+_KEYWORDS = {"dc", "ac", "load", "portnum", "z0", "pwr", *KINDS}
 
 
 def source(reader: Reader, line: Line, items: list[Item]) -> Template:
@@ -39,6 +41,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
     value = SourceTemplate(result.span)
     result.source = value
     load: Item | None = None
+    port: dict[str, ParamText] = {}
     while (item := terminals.next()) is not None:
         word = item.text if item.kind == "word" else ""
         kind = _SPELLINGS.get(word, word)
@@ -59,6 +62,8 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
             _table(terminals, result, _arguments(terminals))
         elif kind == "load" and result.letter == "i":
             load = item
+        elif kind in _PORT[: None if port else 1] and result.letter == "v":
+            _port(terminals, port, item)
         elif kind in _OTHER:
             where = line.span(item.start, item.end)
             message = f"{result.name}: the waveform {kind} is not supported"
@@ -79,6 +84,7 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
             _table(terminals, result, list(flat([pair.items[1]])))
     terminals.pairs = [pair for pair in terminals.pairs if pair.text != "tbl"]
     params = terminals.params(_PARAMS)
+    params |= port
     if "dc" in params:
         value.dc = terminals.param_value(params.pop("dc"))
     if "ac" in params:
@@ -100,6 +106,20 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
             raise Unreadable("NS1009", message, result.span, "keep one of them")
         result.source = None
     return result
+
+
+def _port(terminals: Terminals, port: dict[str, ParamText], item: Item) -> None:
+    """Take ``portnum n`` and what follows it: ``z0 r pwr p freq f phase a``."""
+    given = terminals.next()
+    value = _number(terminals, given, f"the value of {item.text}")
+    assert given is not None
+    where = terminals.line.span(item.start, given.end)
+    if item.text in ("portnum", "z0"):
+        port[item.text] = ParamText(value, where)
+    else:
+        message = f"{terminals.name}: {item.text} of the port is ignored"
+        hint = "write a waveform for a run in time"
+        terminals.reader.findings.warning("NS1003", message, where, hint)
 
 
 def _table(terminals: Terminals, result: Template, points: list[Item]) -> None:

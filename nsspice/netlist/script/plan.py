@@ -27,7 +27,7 @@ LOOKING = frozenset([
     "display", "disto", "echo", "eprint", "eprvcd", "esave", "exit", "fft", "gnuplot",
     "hardcopy", "history", "iplot", "linearize", "listing", "option", "options", "plot",
     "psd", "quit", "rehash", "remzerovec", "rusage", "save", "sens", "setcs",
-    "setplot", "setscale", "settype", "show", "showmod", "sp", "spec", "status", "step",
+    "setplot", "setscale", "settype", "show", "showmod", "spec", "status", "step",
     "stop", "strcmp", "trace", "unalias", "unlet", "unset", "version", "where", "write",
     "wrnodev", "wrs2p", "xgraph",
 ])  # fmt: skip
@@ -39,7 +39,7 @@ REFUSED = frozenset([
 ])  # fmt: skip
 #: statements that one program may execute
 MAX_STATEMENTS = 200_000
-_RUNS = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz"])
+_RUNS = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz", "sp"])
 
 
 class _End(Exception):

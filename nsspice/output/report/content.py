@@ -35,6 +35,7 @@ _RESPONSES = {
     "loop": "loop gain, linear about the operating point or the periodic steady state",
     "noise": "noise densities, linear about the operating point",
     "tf": "gain and resistances, linear about the operating point",
+    "sp": "scattering parameters, linear about the operating point",
     "pz": "poles and zeros, linear about the operating point",
 }
 

@@ -202,7 +202,6 @@ def test_source_options() -> None:
         ("S1 a 0 b 0", "NS1008"),
         ("W1 a 0 Vz wm", "NS1070"),
         ("E1 a 0 b 0", "NS1008"),
-        ("F1 a 0 VALUE={1}", "NS1008"),
         ("E1 a 0 CUR='1'", "NS1014"),
         ("E1 a 0 TABLE {v(a)} = (0,0) (1)", "NS1008"),
         ("E1 a 0 TABLE {v(a)} = (1,0) (0,1)", "NS1024"),
