@@ -71,6 +71,28 @@ def test_truth_tables(kind: str, inputs: int) -> None:
         assert found["v(y)"][-1] == float(expected), bits
 
 
+def test_oscillators() -> None:
+    """At 1.5 V they give 2 kHz: a wave is high, or falls, in the last part of a period.
+
+    ngspice 39 shows the same phases (its edges take 1 us).
+    """
+    arrays = "cntl_array=[0 1 2] freq_array=[500 1k 3k]"
+    found = run(
+        f"V1 c 0 1.5\nA1 c sq one\nA2 c tr two\nA3 c dg three\nA4 [dg] [an] dac\n"
+        f".model one square({arrays} out_low=-0.8 out_high=1.2 duty_cycle=0.3)\n"
+        f".model two triangle({arrays} out_low=-1 out_high=1 duty_cycle=0.8)\n"
+        f".model three d_osc({arrays} duty_cycle=0.25 init_phase=90 rise_delay=1u fall_delay=1u)\n"
+        ".model dac dac_bridge(out_low=0 out_high=1)\n.tran 12u 1.2m uic"
+    )
+    t = found.axis[1:]
+    turns = (t * 2e3) % 1.0
+    ramp = np.where(turns < 0.8, turns / 0.8, (1.0 - turns) / 0.2)
+    assert found["v(tr)"][1:] == pytest.approx(2.0 * ramp - 1.0, abs=1e-11)
+    assert np.array_equal(found["v(sq)"][1:] > 0.0, turns > 0.7)
+    late = ((t - 1e-6) * 2e3 + 0.25) % 1.0  # what follows it by a microsecond, from phase 90
+    assert np.array_equal(found["v(an)"][1:] > 0.5, late > 0.75)
+
+
 def test_delays_and_a_divider_by_two() -> None:
     """Ramps of 1 ns between 0 and 5 V cross 4 V after 0.8 ns and 1 V after 0.8 ns."""
     found = run(

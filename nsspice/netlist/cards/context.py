@@ -52,6 +52,8 @@ class Context:
         self.home = scope
         #: names of a program, that go before parameters in what it measures
         self.vectors: dict[str, Node] = {}
+        #: numbers of ``.csparam``
+        self.for_programs: dict[str, float] = {}
         self.nodes: set[str] = set()
         self._expander = expander
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from ...errors import suggest
 from ..deck import Deck
 from ..elements.reading import Reader
+from ..expansion.definitions import parameters
 from ..expansion.expand import Expander
 from ..expansion.scope import Scope
 from ..expressions.node import Node, TooLarge
@@ -17,6 +18,7 @@ from .context import Context
 
 _READERS: dict[str, Callable[[Context, Line], None]] = {
     "ac": periodic.ac,
+    "csparam": lambda context, line: _for_programs(context, line),
     "dc": analyses.dc,
     "four": periodic.four,
     "fourier": periodic.four,
@@ -59,7 +61,6 @@ _IGNORED = {
     "width": "",
     "wave": "",
     "net": "",
-    "csparam": "it belongs in a .control block",
     "machine": "",
     "loadbias": "",
     "savebias": "",
@@ -81,6 +82,12 @@ _UNSUPPORTED = {
 }
 _STRUCTURE = ("param", "subckt", "ends", "model", "include", "lib", "func", "if", "else", "elseif",
               "endif", "end", "control", "endc", "endl", "inc")  # fmt: skip
+
+
+def _for_programs(context: Context, line: Line) -> None:
+    """Read ``.csparam name=expression``: a number that programs know by its name."""
+    for name, formula, _ in parameters(context.reader, line):
+        context.for_programs[name] = context.here.number(formula)
 
 
 class CardReader:

@@ -213,6 +213,38 @@ def _sine(block: Block) -> list[str]:
     return ["C1 x 0 1 ic=0", f"B1 0 x I={{{rate}}}", *block.output(1, value)]
 
 
+def _oscillation(block: Block, rises_first: bool = False) -> list[str]:
+    """Return a ramp, node x, from 0 to 1 and back, and node ``up`` that is 1 while it rises.
+
+    The duty cycle is the part of the period in which it rises: the first one, or the last one.
+    """
+    xs, ys = block.numbers("cntl_array"), block.numbers("freq_array")
+    if len(xs) != len(ys) or len(xs) < 2:
+        raise _wrong(block, "cntl_array and freq_array must have the same number of values")
+    points = ", ".join(f"{a}, {b}" for a, b in zip(xs, ys, strict=True))
+    duty = min(max(block.number("duty_cycle", 0.5), 1e-6), 1.0 - 1e-6)
+    phase = (block.number("init_phase", 0.0) / 360.0 + (0.0 if rises_first else duty)) % 1.0
+    rises = phase < duty
+    start = phase / duty if rises else (1.0 - phase) / (1.0 - duty)
+    lines = memory("0.5 - v(x)", "up")
+    lines[2] += " on" * rises
+    slope = f"if(v(up) > 0.5, {1.0 / duty}, {-1.0 / (1.0 - duty)})"
+    rate = f"max(pwl({block.input(0)}, {points}), 0)*{slope}"
+    return [*lines, f"Cx x 0 1 ic={start}", f"Bx 0 x I={{{rate}}}"]
+
+
+def _square(block: Block) -> list[str]:
+    """Return the controlled square wave; its edges are sharp."""
+    low, high = block.number("out_low", -1.0), block.number("out_high", 1.0)
+    return [*_oscillation(block), *block.output(1, f"{low} + {high - low}*v(up)")]
+
+
+def _triangle(block: Block) -> list[str]:
+    """Return the controlled triangle wave."""
+    low, high = block.number("out_low", -1.0), block.number("out_high", 1.0)
+    return [*_oscillation(block, True), *block.output(1, f"{low} + {high - low}*v(x)")]
+
+
 # -- digital -----------------------------------------------------------------------------------
 
 
@@ -250,6 +282,11 @@ def delayed(block: Block, state: str, index: int, delay: tuple[float, float]) ->
         f"R{index} {port.plus} 0 1",
         f".model m{index} SW(VT=0.5 VH=0.25)",
     ]
+
+
+def _clock(block: Block) -> list[str]:
+    """Return the digital controlled oscillator."""
+    return [*_oscillation(block), *delayed(block, "v(up) > 0.5", 1, _both(block))]
 
 
 def _both(block: Block, default: float = _DELAY) -> tuple[float, float]:
@@ -396,7 +433,10 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "pwl": (2, _table),
     "slew": (2, _slew),
     "aswitch": (2, _analogue_switch),
+    "pswitch": (2, _analogue_switch),
     "sine": (2, _sine),
+    "square": (2, _square),
+    "triangle": (2, _triangle),
     "adc_bridge": (2, _to_digital),
     "dac_bridge": (2, _to_analogue),
     "d_inverter": (2, lambda b: delayed(b, f"!({b.high(0)})", 1, _both(b))),
@@ -408,6 +448,7 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "d_srff": (6, _flip_flop("sr")),
     "d_dlatch": (5, _d_latch),
     "d_srlatch": (6, _sr_latch),
+    "d_osc": (2, _clock),
     "d_pullup": (1, _constant(1)),
     "d_pulldown": (1, _constant(0)),
 }
@@ -418,6 +459,8 @@ def digital_ports(item: CodeTemplate, model: Model) -> set[str]:
     ports = item.ports
     if model.type in ("adc_bridge", "dac_bridge"):
         ports = ports[1:2] if model.type == "adc_bridge" else ports[:1]
+    elif model.type == "d_osc":
+        ports = ports[1:2]
     elif not model.type.startswith("d_") or model.type == "d_dt":
         return set()
     return {port.plus for vector in ports for port in vector}

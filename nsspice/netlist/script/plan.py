@@ -15,7 +15,7 @@ from ..alteration import check, parts, temperature
 from ..cards.control import PROGRAM, CardReader
 from ..deck import Alteration, Analysis, Deck, Measure, Run, Signal, kind_of
 from ..expressions.expression import Expression
-from ..expressions.node import Node, var
+from ..expressions.node import Node, num, var
 from ..findings import Findings, Unreadable
 from ..text.script import Command, Script, as_command
 from .commands import Branch, Loop, Statement, statements, word_of
@@ -26,10 +26,10 @@ LOOKING = frozenset([
     "alias", "asciiplot", "cross", "cutout", "deftype", "delete", "destroy", "diff",
     "display", "disto", "echo", "eprint", "eprvcd", "esave", "exit", "fft", "gnuplot",
     "hardcopy", "history", "iplot", "linearize", "listing", "option", "options", "plot",
-    "psd", "quit", "rehash", "remzerovec", "rusage", "save", "sens", "setcs",
+    "psd", "quit", "rehash", "remzerovec", "reshape", "rusage", "save", "sens", "setcs",
     "setplot", "setscale", "settype", "show", "showmod", "spec", "status", "step",
-    "stop", "strcmp", "trace", "unalias", "unlet", "unset", "version", "where", "write",
-    "wrnodev", "wrs2p", "xgraph",
+    "stop", "strcmp", "trace", "transpose", "unalias", "unlet", "unset", "version", "where",
+    "write", "wrnodev", "wrs2p", "xgraph",
 ])  # fmt: skip
 #: commands that start other programs or read other files: never done
 REFUSED = frozenset([
@@ -68,6 +68,8 @@ class Planner:
         self._deck, self._cards, self._findings = deck, cards, findings
         self._own = list(deck.analyses)
         self._variables = Variables(cards.context.reader, cards.context.is_node, seed)
+        known = cards.context.for_programs
+        self._variables.vectors.update({name: num(value) for name, value in known.items()})
         self._changes: dict[tuple[str, str, str], Alteration] = {}
         self._waiting: dict[tuple[str, str, str], Alteration] = {}
         self._runs: list[Run] = []

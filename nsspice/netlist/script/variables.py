@@ -57,7 +57,8 @@ class Variables:
         self._is_node = is_node
         self.random = random.Random(seed)
         self.drawn = False
-        self.words: dict[str, list[str]] = {}
+        #: plots are not kept apart: all of them have the name of one
+        self.words: dict[str, list[str]] = {"curplot": ["plot"]}
         self.vectors: dict[str, Node | None] = {}
         self.measures: set[str] = set()
         self._functions: dict[str, tuple[list[str], str]] = {}

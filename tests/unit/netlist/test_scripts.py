@@ -48,6 +48,30 @@ def test_analyses_of_a_script_that_only_looks() -> None:
     assert warning.message == "of the .control block 'plot v(out)' is left out"
 
 
+def test_numbers_of_the_deck_count_a_loop() -> None:
+    """``.csparam`` hands numbers to the program; names of plots stand for nothing here."""
+    found = deck(
+        ".param step=0.5k",
+        ".csparam first = 1k",
+        ".csparam last={4*step} by='step'",
+        ".control",
+        "setplot new",
+        "set plot_out = $curplot",
+        "let r = first",
+        "let count = floor((last - first)/by) + 1",
+        "let k = 0",
+        "dowhile k < count",
+        "alter r1 $&r",
+        "op",
+        "setplot $plot_out",
+        "let r = r + by",
+        "let k = k + 1",
+        "end",
+        ".endc",
+    )
+    assert values(found) == [{"r1": 1e3}, {"r1": 1.5e3}, {"r1": 2e3}]
+
+
 def test_the_script_runs_as_the_card_does() -> None:
     script = read(CIRCUIT + ".control\ntran 10u 1m uic\nplot v(out)\n.endc\n").run()[0]
     card = read(CIRCUIT + ".tran 10u 1m uic\n").run()[0]
