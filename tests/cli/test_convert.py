@@ -203,6 +203,16 @@ def test_structure_is_kept(foreign: Path) -> None:
         assert f"\n{line}\n" in f"\n{text}", line
 
 
+def test_a_branch_that_cannot_be_read_is_left_out() -> None:
+    deck = (
+        "choice\n.param p=1\nV1 a 0 1\n.if (p == 1)\nR1 a 0 1k\n.else\nR1 a 0 1 2 3\n.endif\n.op\n"
+    )
+    clean = convert(deck)
+    assert clean.notes == ("branch of .if on line 7 is not used, and left out",)
+    assert ".if p == 1\nR1 a 0 1k\n.else\n.endif\n" in clean.text
+    assert convert(clean.text) == type(clean)(clean.text, ())
+
+
 def test_on_the_command_line(call: Call) -> None:
     Path("a.cir").write_text("lamp\nV1 a 0 1\nR1 a 0 2k2\n.op\n", "utf-8")
     told = call("convert", "a.cir")

@@ -154,7 +154,10 @@ class _Writer:
             if body is None:
                 findings = Findings()
                 body = BodyReader(Reader(findings)).read(branch.block)
-                findings.raise_errors()
+                if findings.errors:  # it may hold anything, such as cards of another program
+                    where = findings.errors[0].span
+                    self.unused.append(f"branch of .if on line {where.line if where else 0}")
+                    body = Body()
             yield from self.body(body, models={} if outermost else None)
         yield ".endif"
 
