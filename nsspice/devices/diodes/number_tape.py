@@ -78,6 +78,7 @@ _OPS: dict[str, Callable[..., float]] = {
     "div": lambda x, y: x / y,
     "sqrt": math.sqrt,
     "exp": math.exp,
+    "ln": math.log,
     "max": max,
     "min": min,
     "junction": lambda v, current, unit: current * math.expm1(min(v / unit, 300.0)),

@@ -25,10 +25,7 @@ SWITCHED = ("ideal", "ron", "roff", "vh", "body")
 VDMOS_TYPES = ("vdmos", "vdmosn", "vdmosp")
 _TYPES = ("nmos", "pmos", *VDMOS_TYPES)
 #: what users of other models are advised
-_OTHER = (
-    "LEVEL=1 and 3, VDMOS and the switch are simulated, and LEVEL=2 with GAMMA, DELTA, VMAX, NFS "
-    "zero; or add the word switch to the card"
-)
+_OTHER = "LEVEL=1, 2 and 3, VDMOS and the switch are simulated; or add the word switch to the card"
 
 MULTIPLE = Parameter("m", "number of equal transistors in parallel", "", 1.0)
 TEMPERATURES = (
@@ -142,17 +139,17 @@ def _is_switch(model: Model, context: Context) -> bool:
 
 
 def _is_square_law(model: Model, level: object) -> bool:
-    """Return whether the effects that LEVEL 2 and 3 have beyond LEVEL 1 are written as zero.
+    """Return whether the effects that LEVEL=3 has beyond LEVEL=1 are written as zero.
 
-    So do the power transistors of PSpice's libraries; KAPPA of LEVEL 3 is not zero unless it is
-    written, and a doping brings other effects.
+    So do the power transistors of PSpice's libraries; KAPPA is not zero unless it is written, and a
+    doping brings other effects.
     """
-    beyond = ("gamma", "delta", "eta", "theta", "vmax", "nfs", "uexp", "utra", "nsub")
+    beyond = ("gamma", "delta", "eta", "theta", "vmax", "nfs", "nsub")
     kappa = model.params.get("kappa")
-    modulated = level == 3.0 and (kappa is None or kappa.value != 0.0)
     return (
-        level in (2.0, 3.0)
-        and not modulated
+        level == 3.0
+        and kappa is not None
+        and kappa.value == 0.0
         and not any(key in model.params and model.params[key].value != 0.0 for key in beyond)
     )
 
@@ -160,6 +157,7 @@ def _is_square_law(model: Model, level: object) -> bool:
 def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     """Return the kind of transistor that a card asks for, or None after reporting why not."""
     from .level1 import Level1
+    from .level2 import Level2
     from .level3 import Level3
     from .mosfet_switch import MosfetSwitch
     from .vdmos import Vdmos
@@ -171,8 +169,8 @@ def _law_of(model: Model, context: Context) -> type[Mosfet] | None:
     level = 1.0 if given is None else given.value
     if not power and (level == 1.0 or _is_square_law(model, level)):
         return Level1
-    if not power and level == 3.0:
-        return Level3
+    if not power and level in (2.0, 3.0):
+        return Level2 if level == 2.0 else Level3
     if power:
         return Vdmos
     context.findings.error(

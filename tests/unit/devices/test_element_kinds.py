@@ -46,6 +46,7 @@ EXAMPLES = {
     "Jfet": "Jx a b 0 card\nRb b 0 1\n.model card NJF(VTO=-2)",
     "MosfetSwitch": "Mx a b 0 0 card\nRb b 0 1\n.model card NMOS(ideal)",
     "Level1": "Mx a b 0 0 card\nRb b 0 1\n.model card NMOS(VTO=1)",
+    "Level2": "Mx a b 0 0 card\nRb b 0 1\n.model card NMOS(LEVEL=2 VTO=1 GAMMA=0.5)",
     "Level3": "Mx a b 0 0 card\nRb b 0 1\n.model card NMOS(LEVEL=3 VTO=1 THETA=0.1)",
     "Vdmos": "Mx a b 0 card\nRb b 0 1\n.model card VDMOS(VTO=1 KP=1)",
     "Bipolar": "Qx a b 0 card\nRb b 0 1\n.model card NPN(IS=1e-15 BF=100)",
