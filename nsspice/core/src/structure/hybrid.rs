@@ -276,9 +276,12 @@ impl Hybrid {
         self.right.len()
     }
 
-    /// Adds the turns of windings: to the law of each winding, and to that of the branch of the core.
+    /// Adds the turns of windings: to the law of each winding, and to that of the branch of the core.  What is
+    /// injected into windings is nothing to a core that stores nothing where it cancels.
     fn wind(&mut self, network: &Network, place_of: &[Option<usize>]) {
         let (ground, t) = (network.nodes - 1, self.twigs.len());
+        let sizes = self.basis.through_cuts(&network.terms);
+        let mut injected = vec![[0.0; 2]; t];
         for &Turns { winding, core, turns } in &network.turns {
             // the only branch of the core is in the forest
             let Some(&[(place, sign)]) = self.basis.path(core, ground).as_deref() else { continue };
@@ -303,7 +306,15 @@ impl Hybrid {
                 self.entries.push((twig, unknown, -sign * turns * part / root));
             }
             if let Some(own) = place_of[winding] {
-                self.right[twig] += sign * turns * self.cuts[own] / root;
+                injected[twig][0] += sign * turns * self.cuts[own] / root;
+                injected[twig][1] += (turns * sizes[own] / root).abs();
+            }
+        }
+        for (k, [sum, size]) in injected.into_iter().enumerate() {
+            let edge = self.basis.tree[self.twigs[k].place];
+            let loose = edge < network.laws.len() && matches!(network.laws[edge], Law::Loose(_));
+            if !(loose && sum.abs() <= SUMS * size) {
+                self.right[k] += sum;
             }
         }
     }
