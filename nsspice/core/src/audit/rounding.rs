@@ -46,8 +46,8 @@ pub struct Reach {
     /// of each row: of `E`, and of `G` and `A`
     stored: Vec<[f64; 2]>,
     acting: Vec<[f64; 2]>,
-    /// rows that share what they store with another one
-    shared: Vec<bool>,
+    /// of each row: the unknowns of others with which it shares what it stores
+    shares: Vec<Vec<usize>>,
     /// of each pair: its multiplier is a voltage (0) or a current (1)
     pairs: Vec<u8>,
     /// pairs with a resistance
@@ -87,8 +87,9 @@ impl Reach {
             }
         };
         add(e, &mut stored);
-        let mut shared = vec![false; n];
-        e.entries().filter(|(r, c, v)| r != c && *v != 0.0).for_each(|(r, ..)| shared[r] = true);
+        let mut shares = vec![Vec::new(); n];
+        let others = e.entries().filter(|(r, c, v)| r != c && *v != 0.0);
+        others.for_each(|(row, other, _)| shares[row].push(other));
         add(g, &mut acting);
         averaging.iter().for_each(|h| add(h, &mut acting));
         let mut carried = vec![0; pairs];
@@ -98,7 +99,7 @@ impl Reach {
         for (row, pair, value) in a.entries() {
             acting[row][usize::from(carried[pair])] += value.abs();
         }
-        Reach { stored, acting, shared, pairs: carried, resistive: Vec::new() }
+        Reach { stored, acting, shares, pairs: carried, resistive: Vec::new() }
     }
 
     /// Takes the characteristics of the pairs, `w = q - B z + D lambda`, and where their multipliers enter.
@@ -231,11 +232,16 @@ impl Auditor {
                 *least = least.max(*own);
             }
         }
-        let rows = reach.acting.iter().zip(&reach.shared).zip(kinds);
-        for (row, (own, ((acting, &shared), &kind))) in floor.iter_mut().zip(rows).enumerate() {
-            let Some(part) = parts.of(row) else { continue };
+        let rows = reach.acting.iter().zip(&reach.shares).zip(kinds);
+        for (row, (own, ((acting, shares), &kind))) in floor.iter_mut().zip(rows).enumerate() {
+            let shared = !shares.is_empty();
             let added = if shared { 1.0 } else { acting[usize::from(1 - kind)].min(1.0) };
-            *own = own.max(added * least[part][usize::from(kind)]);
+            // what a source fixes has no part: capacitors hand the currents of others on to it
+            let own_part = parts.of(row);
+            let others = shares.iter().filter(|_| own_part.is_none());
+            for part in own_part.into_iter().chain(others.filter_map(|&j| parts.of(j))) {
+                *own = own.max(added * least[part][usize::from(kind)]);
+            }
         }
         least
     }
