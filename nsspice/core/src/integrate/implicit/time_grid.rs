@@ -216,6 +216,21 @@ pub fn evaluate(waveforms: &[Waveform], t: f64, side: Side, out: &mut [f64]) {
     }
 }
 
+/// Sources at a time after `start`: after their next breakpoint, `breakpoint`, as they would go on without it.
+pub(in crate::integrate) fn evaluate_after(
+    waveforms: &[Waveform],
+    t: f64,
+    start: f64,
+    breakpoint: f64,
+    u: &mut [f64],
+) {
+    // after an edge at the begin and before that at the breakpoint, within rounding of them too
+    let side = if t - start <= breakpoint - t { Side::Right } else { Side::Left };
+    for (u, w) in u.iter_mut().zip(waveforms) {
+        *u = if t <= breakpoint { w.value(t, side) } else { w.continued(t, start, breakpoint) };
+    }
+}
+
 /// Writes the slope of every waveform to the right of `t`.
 pub(in crate::integrate) fn slopes(waveforms: &[Waveform], t: f64, out: &mut [f64]) {
     for (slope, w) in out.iter_mut().zip(waveforms) {

@@ -7,7 +7,7 @@ use super::predict::Beginning;
 use super::tableau::{Tableau, MOST};
 use crate::integrate::implicit::outputs::Quantities;
 use crate::integrate::implicit::stepper::Stepper;
-use crate::waveform::{Side, Waveform, INSTANT};
+use crate::integrate::implicit::time_grid::evaluate_after;
 
 /// After so many steps without a solution from one point other ways to one are tried: behind a fold of the
 /// laws shorter ones have none either.  Not from this level on: there a single implicit step is at hand,
@@ -92,22 +92,6 @@ pub struct Broken {
     pub at: f64,
 }
 
-/// Sources at a time after `start`: after their next breakpoint, `breakpoint`, as they would go on without it.
-pub(in crate::integrate) fn sources(
-    waveforms: &[Waveform],
-    t: f64,
-    start: f64,
-    breakpoint: f64,
-    u: &mut [f64],
-) {
-    // within rounding of an edge at the begin the step is after it
-    let known = INSTANT * t.abs();
-    let side = if t - start <= known && breakpoint - t > known { Side::Right } else { Side::Left };
-    for (u, w) in u.iter_mut().zip(waveforms) {
-        *u = if t <= breakpoint { w.value(t, side) } else { w.continued(t, start, breakpoint) };
-    }
-}
-
 impl Trial {
     pub fn new(s: &Stepper, tableau: &Tableau) -> Trial {
         let (n, m) = (s.state.z.len(), s.state.l.len());
@@ -176,7 +160,7 @@ impl Trial {
         for i in tableau.first()..tableau.stages() {
             let t = self.start + tableau.c[i] * h;
             let u = &mut self.stages.inputs[i];
-            sources(&s.waveforms, t, self.start, self.breakpoint, u);
+            evaluate_after(&s.waveforms, t, self.start, self.breakpoint, u);
             let (done, rest) = self.stages.ends.split_at_mut(i);
             let (base, x) = (&mut self.stages.bases[i], &mut rest[0]);
             base[..n].copy_from_slice(&self.first[..n]);
@@ -299,7 +283,7 @@ impl Trial {
     /// The sources at `theta`, into `at`.
     pub fn look_up_sources(&mut self, s: &Stepper, theta: f64) {
         let t = self.start + theta * self.length;
-        sources(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
+        evaluate_after(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
     }
 
     /// Keeps the point at `theta`, evaluated last, as one of the samples.
@@ -353,7 +337,7 @@ impl Trial {
             smooth.newton.predict(self.beginning.of_point(h, &value, first, rates));
         }
         let t = if theta == 1.0 { self.start + h } else { self.start + theta * h };
-        sources(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
+        evaluate_after(&s.waveforms, t, self.start, self.breakpoint, &mut self.at.u);
         let near = &self.stages.ends[tableau.stages() - 1];
         let solve = self.way();
         let (level, from, u) = (self.level, &self.from[..], &self.at.u[..]);

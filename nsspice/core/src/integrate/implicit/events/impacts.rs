@@ -11,9 +11,8 @@ use crate::integrate::implicit::instants::jumps::{StateJump, IMPACT};
 use crate::integrate::implicit::instants::state_jumps::StateJumps;
 use crate::integrate::implicit::step_length::{Stage, System};
 use crate::integrate::implicit::stepper::Stepper;
-use crate::integrate::implicit::time_grid::{evaluate, Target};
+use crate::integrate::implicit::time_grid::{evaluate_after, Target};
 use crate::mlcp::{Role, Start};
-use crate::waveform::Side;
 
 /// Modes in which a pair is looked at before it counts as harmless.
 const LOOKS: u8 = 4;
@@ -142,7 +141,7 @@ impl Stepper {
             return None; // a reinitialising step follows anyway
         }
         let time = if whole { target.time } else { begin.time + length };
-        evaluate(&self.waveforms, time, Side::Left, &mut self.state.u1);
+        evaluate_after(&self.waveforms, time, begin.time, target.time, &mut self.state.u1);
         (self.state.z, self.state.l) = (begin.z.clone(), begin.l.clone());
         self.state.turn_to(before);
         self.state.time = time;
@@ -206,7 +205,8 @@ impl Stepper {
     /// Guard of a pair at the end of a part of the step, in which it is held as it was at its begin.
     fn margin(&mut self, i: usize, conducts: bool, begin: &Begin, part: f64) -> Option<f64> {
         let length = part * begin.length;
-        evaluate(&self.waveforms, begin.time + length, Side::Left, &mut self.state.u1);
+        let (time, end) = (begin.time + length, begin.time + begin.length);
+        evaluate_after(&self.waveforms, time, begin.time, end, &mut self.state.u1);
         let mut stage = Stage::new(&self.solver.sys, length, false, &self.solver.constants);
         let mut rhs = vec![0.0; begin.z.len()];
         stage.matrices.right_hand_side(&begin.z, &self.state.u0, &self.state.u1, &mut rhs);

@@ -4,7 +4,7 @@ use super::fallback::FALLBACK_LEVEL;
 use super::guards::VIOLATED;
 use crate::integrate::implicit::failure::Failure;
 use crate::integrate::implicit::stepper::Stepper;
-use crate::integrate::implicit::time_grid::evaluate;
+use crate::integrate::implicit::time_grid::{evaluate, evaluate_after};
 use crate::integrate::sdirk::run::Sdirk;
 use crate::mlcp::Start;
 use crate::tolerances::ACCEPT;
@@ -164,7 +164,7 @@ impl Sdirk {
     /// An implicit step of a length to its `end`.
     fn implicit(&mut self, s: &mut Stepper, length: f64, end: f64) -> Result<(), Box<Failure>> {
         let time = s.state.time;
-        evaluate(&s.waveforms, end, Side::Left, &mut s.state.u1);
+        evaluate_after(&s.waveforms, end, time, self.breakpoint.0, &mut s.state.u1);
         let mut before = vec![0.0; s.recorder.columns()];
         s.write(time, &mut before);
         let k = s.solver.stage_index(&s.state, length, true);
