@@ -80,13 +80,23 @@ impl Pieces {
 
     /// Puts all outputs at a point of the piece that has been begun last.
     pub fn put(&mut self, point: usize, outputs: &[f64]) {
-        let (points, from) = (self.places.len(), self.kept.len() - self.size() + 2);
-        for (k, &output) in self.outputs.iter().enumerate() {
-            let value = outputs[output];
-            self.kept[from + k * points + point] = value;
-            self.largest[k] = self.largest[k].max(value.abs());
-            self.right[k] = value;
+        for k in 0..self.outputs.len() {
+            self.put_one(point, k, outputs[self.outputs[k]]);
         }
+    }
+
+    /// Puts the values of the outputs that are kept at a point of the piece that has been begun last.
+    pub fn put_own(&mut self, point: usize, values: &[f64]) {
+        for (k, &value) in values.iter().take(self.outputs.len()).enumerate() {
+            self.put_one(point, k, value);
+        }
+    }
+
+    fn put_one(&mut self, point: usize, k: usize, value: f64) {
+        let (points, from) = (self.places.len(), self.kept.len() - self.size() + 2);
+        self.kept[from + k * points + point] = value;
+        self.largest[k] = self.largest[k].max(value.abs());
+        self.right[k] = value;
     }
 
     /// Numbers of one piece.

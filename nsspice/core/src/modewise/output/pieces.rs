@@ -39,6 +39,7 @@ impl Engine {
         let Some([from, to]) = pieces.wanted(begin, until) else { return };
         self.prepare_rows(POINTS as f64);
         let last = if to >= self.span.end { length } else { to - begin };
+        self.table.inside.choose(&pieces.outputs);
         let mut row = vec![0.0; self.columns()];
         let mut at = from - begin;
         let mut width = last - at;
@@ -69,8 +70,14 @@ impl Engine {
     fn piece(&mut self, pieces: &mut Pieces, at: f64, width: f64, row: &mut [f64]) -> bool {
         pieces.begin(self.span.time + at, width);
         for point in 0..POINTS {
-            self.write_inside(at + pieces.places[point] * width, row);
-            pieces.put(point, &row[1..]);
+            let time = at + pieces.places[point] * width;
+            match self.chosen_at(time) {
+                Some(values) => pieces.put_own(point, values),
+                None => {
+                    self.write_inside(time, row);
+                    pieces.put(point, &row[1..]);
+                }
+            }
         }
         // the coefficients fall from the last one on that is looked at
         pieces.follows(OF_SOLUTION, f64::EPSILON)

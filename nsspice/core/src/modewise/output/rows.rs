@@ -33,6 +33,9 @@ pub(in crate::modewise) struct Inside {
     sizes: Vec<f64>,
     values: Spread,
     rates: Spread,
+    /// those that are followed, and a row of them
+    chosen: Option<Spread>,
+    row: Vec<f64>,
     rated: bool,
     strides: Strides,
     anchor: Point,
@@ -42,6 +45,17 @@ pub(in crate::modewise) struct Inside {
 }
 
 impl Inside {
+    /// Chooses some outputs of the present segment, if they follow from its terms alone.
+    pub(super) fn choose(&mut self, outputs: &[usize]) {
+        if !self.ready || self.singly || self.rated {
+            self.chosen = None;
+            return;
+        }
+        self.chosen.get_or_insert_default().choose(&self.values, outputs);
+        self.row.clear();
+        self.row.resize(1 + outputs.len(), 0.0);
+    }
+
     /// The outputs at the instants of the run: the first from all terms again, the others from it.
     fn write(
         &mut self,
@@ -276,6 +290,16 @@ impl Engine {
             let columns = row.len();
             inside.write((outputs, mode), (path, segment), (row, columns), None);
         }
+    }
+
+    /// The outputs that have been chosen, at one time since the start of the segment.
+    pub(super) fn chosen_at(&mut self, time: f64) -> Option<&[f64]> {
+        let Inside { chosen, anchor, row, .. } = &mut self.table.inside;
+        let chosen = chosen.as_ref().filter(|_| !self.expanded.active)?;
+        self.motion.path.at(time, anchor);
+        let columns = row.len();
+        chosen.write(&anchor.value, self.motion.path.slots, row, columns);
+        Some(&row[1..])
     }
 
     /// Brings the outputs of the mode into the terms of the segment, if so many points are worth it.

@@ -30,6 +30,16 @@ impl Spread {
         }
     }
 
+    /// Takes some functionals of others.
+    pub fn choose(&mut self, of: &Spread, functionals: &[usize]) {
+        let slots = of.factor.len() / of.width.max(1);
+        self.clear(functionals.len(), slots);
+        let rows = self.factor.chunks_exact_mut(self.width.max(1));
+        for (row, all) in rows.zip(of.factor.chunks_exact(of.width.max(1))) {
+            row.iter_mut().zip(functionals).for_each(|(own, &k)| *own = all[k]);
+        }
+    }
+
     /// The functionals at points (one row of slots each) into a table, behind its first column.
     pub fn write(&self, points: &[f64], slots: usize, table: &mut [f64], columns: usize) {
         rows::<false>(&self.factor, self.width, points, slots, table, columns);
@@ -114,6 +124,11 @@ mod tests {
             let mut table = vec![7.0; points * columns];
             spread.write(&at, slots, &mut table, columns);
             spread.write_add(&at, slots, &mut table, columns);
+            let (mut last, mut alone) = (Spread::default(), vec![7.0; 2 * points]);
+            last.choose(&spread, &[count - 1]);
+            last.write(&at, slots, &mut alone, 2);
+            let twice = alone.chunks_exact(2).map(|row| 2.0 * row[1]);
+            assert!(twice.eq(table.chunks_exact(columns).map(|row| row[count])));
             for (k, row) in table.chunks_exact(columns).enumerate() {
                 assert_eq!(row[0], 7.0);
                 for (j, found) in row[1..].iter().enumerate() {
