@@ -468,6 +468,7 @@ impl PyStepper {
         out.set_item("worst_stage", s.worst_stage)?;
         out.set_item("switchings", s.switchings)?;
         out.set_item("jumps", s.jumps)?;
+        out.set_item("short_steps", s.short_steps)?;
         out.set_item("chatter", s.chatter)?;
         out.set_item("residual_rows", s.residual_rows)?;
         out.set_item("residual_complementarity", s.residual_complementarity)?;

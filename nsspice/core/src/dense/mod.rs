@@ -5,6 +5,7 @@
 //! `echelon` works on small integers.  No circuits here: imports are bounds of rounding, pivot rules and the type of
 //! sparse matrices.
 
+mod complete;
 mod complex;
 mod differences;
 mod divided;
@@ -20,6 +21,7 @@ mod symmetric;
 mod tests;
 mod wide;
 
+pub use complete::Complete;
 pub use complex::{complex, Complex};
 pub use differences::Differences;
 pub use divided::{divided, pair, NODES};

@@ -6,6 +6,8 @@
 //! whose factors are kept by mode, and rates of charges and fluxes follow from the others,
 //! `E z' = S u - G z - A l`.  Nothing has a length here, and it is all the same whether the network is reciprocal.
 //!
+//! Perfectly coupled inductors store less than they have currents: their equations are taken along eigenvectors.
+//!
 //! A voltage that a source alone gives across a capacitor is no charge that could be kept: it is given as long as it
 //! agrees with what is stored, and the current of the source follows from the rates.
 //!
@@ -13,7 +15,8 @@
 //! which all others keep their states.  Where a mode leaves something open, or rates leave a pair undecided, this
 //! gives no answer.
 
-use super::successors::{Next, Successors, ASKED};
+use super::successors::Successors;
+use super::turned::Turned;
 use crate::descriptor::Linear;
 use crate::linear::{ordering, Factor};
 use crate::mlcp::{work_len, Driver, Problem, Role};
@@ -80,8 +83,12 @@ pub struct Continuous {
     /// ideal pairs across the same voltage as each
     beside: Vec<Vec<usize>>,
     successors: Successors,
+    /// where inductors are perfectly coupled: the coordinates of all this
+    turned: Option<Box<Turned>>,
     /// pairs count as being at zero below these guards: blocking, conducting
     pub zero: Vec<[f64; 2]>,
+    /// values have been found in this mode
+    consistent: bool,
     /// unknowns right after
     pub z: Vec<f64>,
     /// multipliers
@@ -124,7 +131,7 @@ fn find_given(linear: &Linear, stores: &[bool]) -> Vec<Given> {
 }
 
 /// Of each pair those without resistance across the same voltage, whichever way round: both have no slack together.
-fn find_parallel(linear: &Linear) -> Vec<Vec<usize>> {
+pub(super) fn find_parallel(linear: &Linear) -> Vec<Vec<usize>> {
     let rows = linear.b.transpose();
     let m = rows.ncols;
     let mut resists = vec![false; m];
@@ -175,6 +182,17 @@ impl Stored {
 impl Continuous {
     /// Nothing if rates of what is stored do not follow from the currents and voltages, or nothing else is there.
     pub fn new(linear: &Linear) -> Option<Continuous> {
+        match Turned::new(linear) {
+            Some(turned) => {
+                let found = Continuous::of(&turned.laws);
+                found.map(|found| Continuous { turned: Some(Box::new(turned)), ..found })
+            }
+            None => Continuous::of(linear),
+        }
+    }
+
+    /// The same in the coordinates of these equations.
+    fn of(linear: &Linear) -> Option<Continuous> {
         let (n, m, p) = linear.sizes();
         let (mut stores, mut columns) = (vec![false; n], vec![false; n]);
         for (r, c, _) in linear.e.iter().filter(|e| e.2 != 0.0) {
@@ -248,6 +266,8 @@ impl Continuous {
             },
             beside: find_parallel(linear),
             successors: Successors::default(),
+            turned: None,
+            consistent: false,
             zero: vec![[0.0; 2]; m],
             z: vec![0.0; n],
             l: vec![0.0; m],
@@ -263,6 +283,16 @@ impl Continuous {
     /// Finds the state right after an instant from that before it; false if charges or fluxes may jump, or the rates
     /// do not decide about all pairs.
     pub fn find(&mut self, linear: &Linear, [z, l]: [&[f64]; 2], at: At) -> bool {
+        let Some(turned) = self.turned.take() else { return self.find_in(linear, [z, l], at) };
+        let found = self.find_in(&turned.laws, [&turned.coordinates(z), l], at);
+        turned.back(&mut self.z);
+        turned.back(&mut self.rates);
+        self.turned = Some(turned);
+        found
+    }
+
+    fn find_in(&mut self, linear: &Linear, [z, l]: [&[f64]; 2], at: At) -> bool {
+        self.consistent = false;
         self.z.copy_from_slice(z);
         self.l.copy_from_slice(l);
         let [u, slopes] = at.sources;
@@ -271,8 +301,7 @@ impl Continuous {
         }
         self.successors.note_key(at.roles, at.active);
         match self.successors.last() {
-            Some(Next::Unknown(ASKED)) => return false,
-            Some(Next::Mode(mode)) => self.active.copy_from_slice(mode),
+            Some(mode) => self.active.copy_from_slice(mode),
             _ => self.begin_with(at.roles, at.active),
         }
         let found = self.find_values(linear, u, at.roles) && {
@@ -280,7 +309,9 @@ impl Continuous {
             let undecided = self.sort_out(at.roles);
             !undecided || self.decide(linear, [u, slopes])
         };
-        self.successors.remember(&self.active, found);
+        if found {
+            self.successors.remember(&self.active);
+        }
         found
     }
 
@@ -350,7 +381,13 @@ impl Continuous {
             *l = if active { *l } else { 0.0 };
         }
         linear.slacks(&self.z, &self.l, &mut self.slack);
+        self.consistent = true;
         self.rest.driver.mode_factor(&self.active).regular()
+    }
+
+    /// The mode that the signs of the values ask for, if these were found: rates may decide about more.
+    pub fn proposal(&self) -> Option<&[bool]> {
+        self.consistent.then_some(&self.active)
     }
 
     /// Rates of charges and fluxes, and the currents of the sources that give some of them.

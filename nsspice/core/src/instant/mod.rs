@@ -19,11 +19,12 @@
 //! and 5 as well, since their fluxes do not determine their currents.
 //!
 //! Read `reinitialise` (the sequence), `network_builder` and `active_set` (one problem), then `stored`, `values` and
-//! `rates`; `continuous` is the case in which nothing can jump.  Imports: `structure`, `mlcp` and below; it knows
-//! neither engine.
+//! `rates`; `continuous` is the case in which nothing can jump, `derivative_array` the same with functions and with
+//! an index of 2.  Imports: `structure`, `mlcp`, `newton` and below; it knows neither engine.
 
 mod active_set;
 mod continuous;
+mod derivative_array;
 mod network_builder;
 mod rates;
 mod reinitialise;
@@ -32,8 +33,10 @@ mod stored;
 mod successors;
 #[cfg(test)]
 mod tests;
+mod turned;
 mod values;
 
 pub use active_set::{solve, Mixed, OneWay};
 pub use continuous::{At, Continuous};
+pub use derivative_array::{DerivativeArray, Moment};
 pub use reinitialise::{Before, Consistent, Reinitialiser};

@@ -5,21 +5,11 @@ use std::collections::HashMap;
 
 /// Modes whose successors are remembered.
 const REMEMBERED: usize = 1 << 12;
-/// After so many instants without an answer a mode is not asked again: its successors are another matter.
-pub const ASKED: u32 = 2;
-
-/// What has followed a mode.
-pub enum Next {
-    /// this one, last
-    Mode(Box<[bool]>),
-    /// so often nothing that is found here
-    Unknown(u32),
-}
 
 /// What has followed the modes met so far.
 #[derive(Default)]
 pub struct Successors {
-    known: HashMap<Box<[u64]>, Next>,
+    known: HashMap<Box<[u64]>, Box<[bool]>>,
     /// the key of the present one
     key: Vec<u64>,
 }
@@ -35,26 +25,18 @@ impl Successors {
     }
 
     /// What has followed the mode of the present key.
-    pub fn last(&self) -> Option<&Next> {
-        self.known.get(self.key.as_slice())
+    pub fn last(&self) -> Option<&[bool]> {
+        self.known.get(self.key.as_slice()).map(|mode| &**mode)
     }
 
     /// Takes notice of what has followed the mode of the present key.
-    pub fn remember(&mut self, active: &[bool], found: bool) {
+    pub fn remember(&mut self, active: &[bool]) {
         if self.known.len() >= REMEMBERED {
             self.known.clear();
         }
-        match (self.known.get_mut(self.key.as_slice()), found) {
-            (Some(Next::Mode(mode)), true) => mode.copy_from_slice(active),
-            (Some(Next::Unknown(times)), false) => *times += 1,
-            (Some(next), true) => *next = Next::Mode(active.into()),
-            (Some(Next::Mode(_)), false) => {}
-            (None, true) => {
-                self.known.insert(self.key.as_slice().into(), Next::Mode(active.into()));
-            }
-            (None, false) => {
-                self.known.insert(self.key.as_slice().into(), Next::Unknown(1));
-            }
+        match self.known.get_mut(self.key.as_slice()) {
+            Some(mode) => mode.copy_from_slice(active),
+            None => _ = self.known.insert(self.key.as_slice().into(), active.into()),
         }
     }
 }

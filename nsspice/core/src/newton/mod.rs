@@ -38,6 +38,7 @@ mod linear;
 mod path;
 mod rates;
 mod residuals;
+mod slopes;
 mod solve;
 mod state;
 mod stored;

@@ -5,7 +5,7 @@ use super::instants::storage::Storage;
 use super::step_length::{ModeKey, Stage};
 use super::stepper::Plan;
 use super::time_grid::Target;
-use crate::instant::{Continuous, Reinitialiser};
+use crate::instant::{Continuous, DerivativeArray, Reinitialiser};
 use crate::mlcp::work_len;
 use crate::structure::Coordinates;
 use std::collections::HashMap;
@@ -38,9 +38,13 @@ pub struct Instants {
     pub(in crate::integrate) looped: HashMap<ModeKey, bool>,
     /// the state after instants at which nothing jumps
     pub(in crate::integrate) continuous: Option<Box<Continuous>>,
+    /// the same where functions or perfectly coupled inductors are there, or nothing else determines all
+    pub(in crate::integrate) array: Option<Box<DerivativeArray>>,
+    /// pairs count as being at zero below these guards: blocking, conducting
+    pub(in crate::integrate) zero: Vec<[f64; 2]>,
     /// the largest current so far, where that is looked after [A]
     pub(in crate::integrate) felt: f64,
-    /// rates of what is stored at the present state, where a jump in closed form has just given them
+    /// rates of what is stored at the present state, where a closed form has just given them
     pub(in crate::integrate) begun: Option<Vec<f64>>,
     /// scratch: slopes of the sources
     pub(in crate::integrate) slopes: Vec<f64>,
@@ -65,6 +69,8 @@ impl Instants {
             reinitialiser: None,
             looped: HashMap::new(),
             continuous: None,
+            array: None,
+            zero: Vec::new(),
             felt: 0.0,
             begun: None,
             slopes: vec![0.0; sources],

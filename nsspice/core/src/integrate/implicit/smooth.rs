@@ -193,6 +193,18 @@ impl SmoothPart {
         let clock = self.clock(t);
         let (mut entries, slopes): (Vec<_>, _) =
             (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
+        let left = self.left_after(linear, &slopes, instant);
+        entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
+        Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
+    }
+
+    /// Of each law what is stored there, less what is gone from it within an `instant` [s].
+    fn left_after(
+        &self,
+        linear: &Linear,
+        slopes: &[(usize, usize, f64)],
+        instant: f64,
+    ) -> Vec<f64> {
         let mut own = vec![0.0; linear.g.nrows];
         linear.e.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| own[j] = v);
         let (mut left, mut held) = (vec![0.0; linear.g.nrows], vec![0.0; linear.g.nrows]);
@@ -207,16 +219,37 @@ impl SmoothPart {
                 (false, false) => 0.0,
             };
         }
-        for (row, _, v) in entries.iter().chain(&slopes).filter(|e| e.0 == e.1) {
-            left[*row] += v.abs();
+        for (row, _, v) in linear.e.iter().chain(slopes.iter().copied()).filter(|e| e.0 == e.1) {
+            left[row] += v.abs();
         }
-        entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
-        Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
+        left
+    }
+
+    /// Laws in which what functions store at a state counts, see [`SmoothPart::stored`].
+    pub(in crate::integrate) fn keeps(
+        &mut self,
+        linear: &Linear,
+        z: &[f64],
+        u: &[f64],
+        t: f64,
+        instant: f64,
+    ) -> Vec<bool> {
+        let clock = self.clock(t);
+        let slopes = self.newton.stored_slopes(z, u, clock);
+        self.left_after(linear, &slopes, instant).into_iter().map(|left| left > 0.0).collect()
     }
 
     /// What conducts where all switches are closed.
     pub(in crate::integrate) fn conducting(&mut self, linear: &Linear) -> &Csc {
         self.conducting.get_or_insert_with(|| linear.conducting())
+    }
+
+    /// Takes the functions and their rates at a state that is no end of a step.
+    pub(in crate::integrate) fn enter(&mut self, z: &[f64], u: &[f64], time: f64, rates: &[f64]) {
+        let clock = self.clock(time);
+        self.newton.evaluate(z, u, clock, &mut self.f);
+        self.rates.copy_from_slice(rates);
+        (self.known, self.last) = (true, None);
     }
 
     /// Computes the functions at the end of a step of this length, and their rates in it: it begins with `from`.

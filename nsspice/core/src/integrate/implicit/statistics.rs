@@ -21,6 +21,8 @@ pub struct Statistics {
     pub switchings: u64,
     /// jumps of charges or fluxes
     pub jumps: u64,
+    /// instants whose values are limits of short steps, since no closed form was found
+    pub short_steps: u64,
     /// instants at which a switch did not come to rest
     pub chatter: u64,
     /// worst residual of rows over all checked steps

@@ -19,7 +19,6 @@ use super::step::Trial;
 use super::visited::Visited;
 use super::{Accuracy, Tableau};
 use crate::audit::Taken;
-use crate::instant::Continuous;
 use crate::integrate::implicit::events::impacts::REST;
 use crate::integrate::implicit::failure::Failure;
 use crate::integrate::implicit::stepper::{Progress, Stepper};
@@ -117,9 +116,6 @@ impl Sdirk {
         }
         s.schedule.step_length = longest;
         s.schedule.sweeping = false;
-        if s.solver.smooth.is_none() && !s.facts.static_system {
-            s.instants.continuous = Continuous::new(&s.solver.sys.linear).map(Box::new);
-        }
         let energies = accuracy.energy.then(|| Energies::new(s)).flatten().map(Box::new);
         Sdirk {
             settings: Settings { method, accuracy, start: s.state.time, stop },

@@ -154,10 +154,13 @@ impl Stepper {
         if charges.is_none() && self.goes_on() {
             return Ok(());
         }
-        if !self.reinitialise(charges) {
+        let known =
+            self.reinitialise(charges) || charges.is_none() && self.goes_on_with_functions();
+        if !known {
             let before = self.state.z.clone();
             let impacts = charges.is_none() && self.instants.impacts.active;
             let part = if impacts { IMPACT } else { JUMP };
+            self.solver.stats.short_steps += 1;
             let state_jump = self.jumps().find_state_jump(charges, part, start)?;
             self.enter(charges, before, state_jump);
         }

@@ -1,7 +1,7 @@
 //! Jumps by the structure of the network, where it is known: no short steps, no lengths.
 
 use super::jumps::{Jump, JUMP, MAX_JUMPS};
-use crate::instant::{At, Before, Reinitialiser};
+use crate::instant::{At, Before, Continuous, DerivativeArray, Moment, Reinitialiser};
 use crate::integrate::implicit::step_length::mode_key;
 use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::implicit::time_grid::slopes;
@@ -31,6 +31,15 @@ impl Stepper {
                 Reinitialiser::new(&self.solver.sys.linear, capacitors, resistors, coordinates);
             self.instants.reinitialiser = found.map(Box::new);
         }
+        if !self.facts.static_system {
+            let linear = &self.solver.sys.linear;
+            let functions = self.solver.smooth.as_ref().map_or(0, |smooth| smooth.f.len());
+            self.instants.array = DerivativeArray::new(linear, functions).map(Box::new);
+            if self.solver.smooth.is_none() {
+                self.instants.continuous = Continuous::new(linear).map(Box::new);
+            }
+        }
+        self.instants.zero = vec![[0.0; 2]; self.state.l.len()];
     }
 
     /// Charges and fluxes jump so that all equations hold again; currents and voltages are those right after. False if
@@ -84,7 +93,7 @@ impl Stepper {
             self.recorder.rates.copy_from_slice(&found.rates);
         }
         self.instants.begun = (!coupled).then_some(found.rates);
-        self.record_state();
+        self.record_state(None);
         true
     }
 
@@ -108,18 +117,68 @@ impl Stepper {
                 self.recorder.rates.copy_from_slice(&continuous.rates);
             }
             self.instants.begun = Some(continuous.rates.clone());
-            self.record_state();
+            self.record_state(None);
         }
         self.instants.continuous = Some(continuous);
         found
     }
 
-    /// Hands the present state to the samples: a state, not a step.
-    fn record_state(&mut self) {
+    /// The same by the derivative array of the network.
+    pub(in crate::integrate) fn goes_on_with_functions(&mut self) -> bool {
+        let Some(mut array) = self.instants.array.take() else { return false };
+        slopes(&self.waveforms, self.state.time, &mut self.instants.slopes);
+        let instant = f64::EPSILON * self.schedule.step_length;
+        let (linear, time) = (&self.solver.sys.linear, self.state.time);
+        let (keeps, clock, frozen) = match &mut self.solver.smooth {
+            Some(smooth) => (
+                smooth.keeps(linear, &self.state.z, &self.state.u0, time, instant),
+                smooth.clock(time),
+                smooth.frozen.is_some(),
+            ),
+            None => (Vec::new(), time, false),
+        };
+        let proposal = self.instants.continuous.as_ref().and_then(|c| c.proposal());
+        let at = Moment {
+            sources: [&self.state.u0, &self.instants.slopes],
+            time: [clock, if frozen { 0.0 } else { 1.0 }],
+            roles: &self.state.roles,
+            active: proposal.unwrap_or(&self.state.active),
+            zero: &self.instants.zero,
+            keeps: &keeps,
+            largest: self.instants.felt,
+            impacts: self.instants.impacts.active,
+        };
+        let newton = self.solver.smooth.as_mut().map(|smooth| &mut smooth.newton);
+        let found = array.find(linear, newton, [&self.state.z, &self.state.l], &at)
+            && self.jumps().keeps_charges(&array.z);
+        if found {
+            self.state.z.copy_from_slice(&array.z);
+            self.state.l.copy_from_slice(&array.l);
+            self.state.turn_to(&array.active);
+            if self.recorder.outputs.needs_rates() {
+                self.recorder.rates.copy_from_slice(&array.rates);
+            }
+            if let Some(smooth) = &mut self.solver.smooth {
+                smooth.enter(&array.z, &self.state.u0, time, &array.function_rates);
+            }
+            // charges of junctions move at once, and come to rest before a step has begun: it does not follow them
+            let linear = self.solver.smooth.is_none();
+            self.instants.begun = linear.then(|| array.rates.clone());
+            self.record_state(Some(&array.rates));
+        }
+        self.instants.array = Some(array);
+        found
+    }
+
+    /// Hands the present state to the samples: a state, not a step; one of these rates shows what its rounding is
+    /// measured by.
+    fn record_state(&mut self, rates: Option<&[f64]>) {
         if self.recorder.samples.jumped() {
             self.state.u1.copy_from_slice(&self.state.u0);
             self.recorder.z_recorded.copy_from_slice(&self.state.z);
             let length = JUMP * self.jumps().shortest_time();
+            let ahead = self.recorder.z_recorded.iter_mut().zip(rates.into_iter().flatten());
+            ahead.for_each(|(z, rate)| *z += length * rate);
             self.recorder.record(&self.state, -length);
         }
     }

@@ -274,6 +274,15 @@ impl StateJumps<'_> {
         apart
     }
 
+    /// Whether a state stores what the present one does.
+    pub(in crate::integrate) fn keeps_charges(&mut self, z: &[f64]) -> bool {
+        let before = self.state.z.clone();
+        let [volts, amperes] = self.scale_of(&before);
+        let scale = [volts, amperes.max(self.instants.felt)];
+        let apart = self.charges_apart(&before, z, scale);
+        apart[0].max(apart[1]) <= CLOSE
+    }
+
     /// A short step of this length in which the sources move on.
     pub(in crate::integrate) fn next_step(
         &mut self,

@@ -57,9 +57,11 @@ impl Sdirk {
 
     /// Finds which guards of pairs are zero up to rounding.
     fn measure_pairs(&self, s: &mut Stepper) {
-        let Some(continuous) = &mut s.instants.continuous else { return };
-        for (k, zero) in continuous.zero.iter_mut().enumerate() {
+        for (k, zero) in s.instants.zero.iter_mut().enumerate() {
             *zero = [false, true].map(|active| VIOLATED * self.scales.of_pair(k, active));
+        }
+        if let Some(continuous) = &mut s.instants.continuous {
+            continuous.zero.copy_from_slice(&s.instants.zero);
         }
     }
 
