@@ -1,7 +1,7 @@
 """Right after an event: values and rates in closed form, without short steps.
 
-The statistic ``short_steps`` counts the instants whose values were limits of short steps.  Each value is compared with
-the closed form from the charges and fluxes, which stay what they were.
+The statistic ``short_steps`` counts the instants whose values were limits of short steps.  Each
+value is compared with the closed form from the charges and fluxes, which stay what they were.
 """
 
 from pathlib import Path
@@ -11,7 +11,7 @@ import pytest
 
 import nsspice
 
-#: values right after an event follow from one linear system, solved to the rounding of its largest terms
+#: values right after an event follow from one linear system, known to rounding of its largest terms
 ROUNDING = 1e-11
 NETS = Path(__file__).parents[3] / "netlists"
 
@@ -49,7 +49,7 @@ Vg g 0 PULSE(0 1 1u 0 0 1)
     voltage = _sides(run, 1e-6, "v(x)")
     assert voltage[0] == pytest.approx(voltage[1], rel=1e-14)
     # the current of the resistor less the leakage of the junction, which is 10 fA
-    entering = (5.0 - voltage[1]) / 2000.0 + 0.0
+    entering = (5.0 - voltage[1]) / 2000.0
     junction = cjo / (1.0 + voltage[1] / vj) ** m
     share = 1e-9 / (1e-9 + junction)
     assert _sides(run, 1e-6, "i(c1)")[1] == pytest.approx(entering * share, rel=ROUNDING)
@@ -77,7 +77,7 @@ R1 b 0 1k
 
 
 def test_a_perfect_transformer_hands_its_current_over() -> None:
-    """At turn-off the primary current goes on in the secondary, `1/n` as many windings carry `n` times as much."""
+    """At turn-off the primary current goes on in the secondary, which carries `n` times as much."""
     run = _run(
         """flyback, perfectly coupled
 Vin in 0 48
