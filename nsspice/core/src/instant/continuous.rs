@@ -15,8 +15,8 @@
 //! which all others keep their states.  Where a mode leaves something open, or rates leave a pair undecided, this
 //! gives no answer.
 
+use super::eigenbasis::Eigenbasis;
 use super::successors::Successors;
-use super::turned::Turned;
 use crate::descriptor::Linear;
 use crate::linear::{ordering, Factor};
 use crate::mlcp::{work_len, Driver, Problem, Role};
@@ -84,7 +84,7 @@ pub struct Continuous {
     beside: Vec<Vec<usize>>,
     successors: Successors,
     /// where inductors are perfectly coupled: the coordinates of all this
-    turned: Option<Box<Turned>>,
+    eigenbasis: Option<Box<Eigenbasis>>,
     /// pairs count as being at zero below these guards: blocking, conducting
     pub zero: Vec<[f64; 2]>,
     /// values have been found in this mode
@@ -182,10 +182,10 @@ impl Stored {
 impl Continuous {
     /// Nothing if rates of what is stored do not follow from the currents and voltages, or nothing else is there.
     pub fn new(linear: &Linear) -> Option<Continuous> {
-        match Turned::new(linear) {
-            Some(turned) => {
-                let found = Continuous::of(&turned.laws);
-                found.map(|found| Continuous { turned: Some(Box::new(turned)), ..found })
+        match Eigenbasis::new(linear) {
+            Some(eigenbasis) => {
+                let found = Continuous::of(&eigenbasis.laws);
+                found.map(|found| Continuous { eigenbasis: Some(Box::new(eigenbasis)), ..found })
             }
             None => Continuous::of(linear),
         }
@@ -266,7 +266,7 @@ impl Continuous {
             },
             beside: find_parallel(linear),
             successors: Successors::default(),
-            turned: None,
+            eigenbasis: None,
             consistent: false,
             zero: vec![[0.0; 2]; m],
             z: vec![0.0; n],
@@ -283,11 +283,13 @@ impl Continuous {
     /// Finds the state right after an instant from that before it; false if charges or fluxes may jump, or the rates
     /// do not decide about all pairs.
     pub fn find(&mut self, linear: &Linear, [z, l]: [&[f64]; 2], at: At) -> bool {
-        let Some(turned) = self.turned.take() else { return self.find_in(linear, [z, l], at) };
-        let found = self.find_in(&turned.laws, [&turned.coordinates(z), l], at);
-        turned.back(&mut self.z);
-        turned.back(&mut self.rates);
-        self.turned = Some(turned);
+        let Some(eigenbasis) = self.eigenbasis.take() else {
+            return self.find_in(linear, [z, l], at);
+        };
+        let found = self.find_in(&eigenbasis.laws, [&eigenbasis.coordinates(z), l], at);
+        eigenbasis.back(&mut self.z);
+        eigenbasis.back(&mut self.rates);
+        self.eigenbasis = Some(eigenbasis);
         found
     }
 

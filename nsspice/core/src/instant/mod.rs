@@ -25,6 +25,7 @@
 mod active_set;
 mod continuous;
 mod derivative_array;
+mod eigenbasis;
 mod network_builder;
 mod rates;
 mod reinitialise;
@@ -33,7 +34,6 @@ mod stored;
 mod successors;
 #[cfg(test)]
 mod tests;
-mod turned;
 mod values;
 
 pub use active_set::{solve, Mixed, OneWay};

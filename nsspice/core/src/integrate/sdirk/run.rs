@@ -11,7 +11,7 @@ use super::dense_output::limits::PointRows;
 use super::dense_output::stored_outputs::StoredRows;
 use super::events::across_kinks::{Passage, Patience};
 use super::events::fallback::{Fallback, FALLBACK_LEVEL};
-use super::events::guards::Scales;
+use super::events::guards::{Scales, VIOLATED};
 use super::events::locate::Locator;
 use super::records::{Control, Settings, Shown, Trouble};
 use super::samples::{no_length, Samples};
@@ -411,8 +411,9 @@ impl Sdirk {
                 let theta = locator.end_of_mode(high);
                 let theta = locator.arrival(theta).unwrap_or(theta);
                 // the continuous solution of a first step begins where it does to the tolerance only, which
-                // would decide how long what chatters stays in either mode
-                if tableau.looks_back() && (REST..EARLY).contains(&theta) && !fixed {
+                // would decide how long what chatters stays in either mode, or that it ends at once
+                let early = tableau.looks_back() && theta < EARLY && !fixed;
+                if early && (theta >= REST || locator.margin(theta) < -VIOLATED) {
                     self.control.level = level + 3;
                     continue;
                 }

@@ -13,7 +13,7 @@ use crate::sparse::Csc;
 const MOST: usize = 64;
 
 /// A network in such coordinates.
-pub struct Turned {
+pub struct Eigenbasis {
     /// T
     pub to: Csc,
     /// its inverse
@@ -45,9 +45,9 @@ fn product(left: Option<&Csc>, matrix: &Csc, right: Option<&Csc>) -> Csc {
     Csc::from_triplets(size[0], size[1], &entries)
 }
 
-impl Turned {
+impl Eigenbasis {
     /// Nothing where no inductors are perfectly coupled.
-    pub fn new(linear: &Linear) -> Option<Turned> {
+    pub fn new(linear: &Linear) -> Option<Eigenbasis> {
         let n = linear.e.nrows;
         let (mut moved, mut lost) = (vec![false; n], vec![false; n]);
         let (mut to, mut from, mut stores) = (Vec::new(), Vec::new(), Vec::new());
@@ -98,7 +98,7 @@ impl Turned {
             q: linear.q.clone(),
             row_kind: linear.row_kind.clone(),
         };
-        Some(Turned { to, from, laws, moved })
+        Some(Eigenbasis { to, from, laws, moved })
     }
 
     /// Unknowns by their coordinates, in place.
