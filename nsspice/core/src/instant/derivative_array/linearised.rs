@@ -118,7 +118,7 @@ impl DerivativeArray {
         self.x.resize(self.matrix.rows, 0.0);
     }
 
-    /// Whether all laws hold in which nothing is stored, and conducting pairs have no slack.
+    /// Whether the residuals of all equations without storage are below the tolerance, and conducting pairs have no slack.
     pub(super) fn holds(&mut self, linear: &Linear) -> bool {
         let flow = self.in_basis(self.flow.clone());
         let size = match &self.basis {

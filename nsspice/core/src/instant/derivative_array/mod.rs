@@ -207,6 +207,11 @@ impl DerivativeArray {
         found
     }
 
+    /// Whether all unknowns have rates: with index 2 some values are those that the rates ask for.
+    pub fn has_all_rates(&self) -> bool {
+        !self.open.contains(&true)
+    }
+
     /// Whether a closed switch lies across a pair, which carries nothing then, and has no voltage.
     fn is_shorted(&self, k: usize, roles: &[Role]) -> bool {
         self.beside[k].iter().any(|&j| roles[j] == Role::Closed)

@@ -411,7 +411,7 @@ impl Sdirk {
                 let theta = locator.end_of_mode(high);
                 let theta = locator.arrival(theta).unwrap_or(theta);
                 // the continuous solution of a first step begins where it does to the tolerance only, which
-                // would decide how long what chatters stays in either mode, or that it ends at once
+                // would decide how long what chatters stays in either mode, or that it ends immediately
                 let early = tableau.looks_back() && theta < EARLY && !fixed;
                 if early && (theta >= REST || locator.margin(theta) < -VIOLATED) {
                     self.control.level = level + 3;

@@ -161,9 +161,10 @@ impl Stepper {
             if let Some(smooth) = &mut self.solver.smooth {
                 smooth.enter(&array.z, &self.state.u0, time, &array.function_rates);
             }
-            // charges of junctions move at once, and come to rest before a step has begun: it does not follow them
-            let linear = self.solver.smooth.is_none();
-            self.instants.begun = linear.then(|| array.rates.clone());
+            // charges of junctions move immediately, and come to rest before a step has begun: it does not follow them; with
+            // index 2 a stage that is given by its rates leaves the conditions of what is stored
+            let follows = self.solver.smooth.is_none() && array.has_all_rates();
+            self.instants.begun = follows.then(|| array.rates.clone());
             self.record_state(Some(&array.rates));
         }
         self.instants.array = Some(array);
