@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from decks.chattering import CONTROLLED
+from decks.chattering import MODULATOR
 
 import nsspice
 from nsspice.analyses.certificate.island_check import Examiner
@@ -77,7 +77,7 @@ def test_a_wrong_implicit_step_fails(name):
 
 
 def test_single_implicit_steps_of_sdirk_are_all_checked():
-    runner, intervals, records = finished(CONTROLLED, "sdirk", 0.12, 1.0)
+    runner, intervals, records = finished(MODULATOR, "sdirk", 20e-6, 0.5e-6)
     assert runner.stepper.statistics["forced"] > 0
     # the states right after jumps stand among them, with negative lengths
     assert np.sum(records.length > 0.0) == runner.stepper.statistics["forced"]

@@ -203,6 +203,9 @@ impl DerivativeArray {
                 && self.search(linear, &mut newton, before, at);
         if found {
             self.successors.remember(&self.active);
+        } else if let Some(newton) = newton {
+            // junctions remember where they were linearised last, which may be beyond the range of numbers
+            newton.evaluate(z, at.sources[0], at.time[0], &mut self.before);
         }
         found
     }
