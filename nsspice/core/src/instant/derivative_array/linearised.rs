@@ -134,7 +134,8 @@ impl DerivativeArray {
         }
         let laws = (0..self.n).filter(|&r| !self.stored[r]).all(|r| {
             let floor = FLOOR * most[usize::from(linear.row_kind[r])];
-            flow[r].abs() <= ACCEPT * size[r].max(floor)
+            // a junction that is far beyond its voltage has no current in the range of numbers
+            flow[r].is_finite() && flow[r].abs() <= ACCEPT * size[r].max(floor)
         });
         let largest = |list: &[f64]| list.iter().fold(0.0f64, |m, v| m.max(v.abs()));
         let volts = largest(&linear.q).max(largest(&self.z)).max(largest(&self.slack));
