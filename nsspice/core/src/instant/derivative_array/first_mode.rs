@@ -23,6 +23,8 @@ impl DerivativeArray {
         self.z.copy_from_slice(z);
         self.l.fill(0.0);
         self.linearise(linear, newton, z, at, Linearisation::Exact);
+        let (mut conducting, mut b) = (self.conducting.clone(), self.b.clone());
+        [&mut conducting, &mut b].into_iter().for_each(|matrix| self.combine_columns(matrix));
         let rest: Vec<usize> = (0..self.n).filter(|&j| !self.stored[j]).collect();
         let sparse = |matrix: &Matrix, rows: &[usize], columns: &[usize]| {
             let all = rows.iter().enumerate().flat_map(|(i, &r)| {
@@ -33,9 +35,9 @@ impl DerivativeArray {
         };
         let pairs: Vec<usize> = (0..self.m).collect();
         let mut driver = Driver::new(Problem {
-            k: sparse(&self.conducting, &rest, &rest),
+            k: sparse(&conducting, &rest, &rest),
             a: sparse(&self.a, &rest, &pairs),
-            b: sparse(&self.b, &pairs, &rest),
+            b: sparse(&b, &pairs, &rest),
             d: linear.d.clone(),
             row_kind: rest.iter().map(|&j| linear.row_kind[j]).collect(),
         });

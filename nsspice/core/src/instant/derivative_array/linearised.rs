@@ -1,5 +1,6 @@
 //! The equations at one point: residuals, sizes of their terms, matrices and right-hand sides.
 
+use super::charges::combine;
 use super::{DerivativeArray, Moment};
 use crate::descriptor::Linear;
 use crate::newton::Newton;
@@ -44,15 +45,18 @@ impl DerivativeArray {
             self.conducting[(row, column)] += f;
             self.storing[(row, column)] += if at.keeps[row] { q } else { 0.0 };
         }
+        combine(&self.combinations, &mut self.conducting);
+        combine(&self.combinations, &mut self.storing);
     }
 
-    /// A list of laws in the coordinates of the matrices.
+    /// A list of laws in the coordinates of the matrices, combined as these are.
     pub(super) fn in_basis(&mut self, mut list: Vec<f64>) -> Vec<f64> {
         if let Some(basis) = &self.basis {
             self.scratch.fill(0.0);
             basis.apply_transposed(&list, &mut self.scratch);
             list.copy_from_slice(&self.scratch);
         }
+        self.combine_list(&mut list);
         list
     }
 
@@ -121,13 +125,14 @@ impl DerivativeArray {
     /// Whether the residuals of all equations without storage are below the tolerance, and conducting pairs have no slack.
     pub(super) fn holds(&mut self, linear: &Linear) -> bool {
         let flow = self.in_basis(self.flow.clone());
-        let size = match &self.basis {
+        let mut size: Vec<f64> = match &self.basis {
             Some(basis) => {
                 let of = |c: usize| (0..self.n).map(|r| basis[(r, c)].abs() * self.size[r]).sum();
                 (0..self.n).map(of).collect()
             }
             None => self.size.clone(),
         };
+        self.combine_sizes(&mut size);
         let mut most = [0.0f64; 2];
         for (&kind, &size) in linear.row_kind.iter().zip(&size) {
             most[usize::from(kind)] = most[usize::from(kind)].max(size);

@@ -19,14 +19,18 @@
 //!
 //! The equations of perfectly coupled inductors, which store less than they have currents, are taken along eigenvectors.
 //!
-//! Read `search` (from mode to mode), then `newton` (values), `rates` and `signs`; `linearised` has the equations.
+//! Read `search` (from mode to mode), then `newton` (values), `rates` and `signs`; `linearised` has the equations,
+//! `charges` how they are combined; `idle` has the pairs about which no rate decides.
 
+mod charges;
 mod first_mode;
+mod idle;
 mod linearised;
 mod newton;
 mod rates;
 mod signs;
 
+use self::charges::Combination;
 use self::signs::Signs;
 use super::continuous::find_parallel;
 use super::eigenbasis::Eigenbasis;
@@ -56,8 +60,6 @@ pub struct Moment<'a> {
     pub keeps: &'a [bool],
     /// the largest current so far [A]
     pub largest: f64,
-    /// gaps may close at speed: then the index is above 2
-    pub impacts: bool,
 }
 
 /// The equations of one network, and the state found last.
@@ -71,6 +73,9 @@ pub struct DerivativeArray {
     g: Matrix,
     a: Matrix,
     b: Matrix,
+    /// `a` before laws are combined, and how they are
+    a_before: Matrix,
+    combinations: Vec<Combination>,
     /// laws in which something is stored
     stores: Vec<bool>,
     stored: Vec<bool>,
@@ -138,6 +143,8 @@ impl DerivativeArray {
             conducting: g.clone(),
             e,
             g,
+            a_before: a.clone(),
+            combinations: Vec::new(),
             a,
             b,
             stores,
@@ -182,11 +189,7 @@ impl DerivativeArray {
                 return false;
             }
         }
-        self.stored.clone_from(&self.stores);
-        if let Some(newton) = &newton {
-            let kept = newton.each_function().filter(|f| f.2[1] != 0.0 && at.keeps[f.0]);
-            kept.for_each(|f| self.stored[f.0] = true);
-        }
+        self.combine_laws(newton.as_deref(), at);
         self.successors.note_key(at.roles, at.active);
         // without functions the caller has solved for a mode
         let known = self.successors.last().filter(|_| newton.is_some());
@@ -237,7 +240,7 @@ impl DerivativeArray {
             {
                 return false;
             }
-            match self.signs(linear, at) {
+            match self.signs(linear, newton.as_deref(), at) {
                 Signs::Right => return true,
                 Signs::Wrong(k) => self.active[k] = !self.active[k],
                 Signs::Undecided => return false,

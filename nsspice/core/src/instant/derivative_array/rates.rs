@@ -26,7 +26,7 @@ impl DerivativeArray {
         if !free.is_empty() {
             self.replace_columns(&kernel, &free);
             self.onward.factor(&self.matrix);
-            if !self.determines(linear, &kernel, &free, at.impacts) {
+            if !self.determines(linear, &kernel, &free) {
                 return false;
             }
             // the condition on what is stored, to its last digit
@@ -98,15 +98,9 @@ impl DerivativeArray {
         }
     }
 
-    /// Whether the rates determine all values, but for potentials that nothing determines: those stay, if no gap may
-    /// close at speed.  Currents that nothing determines are shared otherwise than here.
-    pub(super) fn determines(
-        &self,
-        linear: &Linear,
-        kernel: &Matrix,
-        free: &[usize],
-        impacts: bool,
-    ) -> bool {
+    /// Whether the rates determine all values, but for potentials that stand in no equation: those stay.  Currents that
+    /// nothing determines are shared otherwise than here.
+    pub(super) fn determines(&self, linear: &Linear, kernel: &Matrix, free: &[usize]) -> bool {
         self.onward.free().iter().all(|&column| {
             let stays = |at: usize| {
                 (0..self.matrix.rows).all(|r| {
@@ -114,7 +108,7 @@ impl DerivativeArray {
                     self.matrix[(r, column)] == 0.0 && (voltage || kernel[(r, at)] == 0.0)
                 })
             };
-            !impacts && free.iter().position(|&free| free == column).is_some_and(stays)
+            free.iter().position(|&free| free == column).is_some_and(stays)
         })
     }
 

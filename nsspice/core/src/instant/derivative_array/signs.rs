@@ -3,6 +3,7 @@
 use super::{DerivativeArray, Moment};
 use crate::descriptor::Linear;
 use crate::mlcp::Role;
+use crate::newton::Newton;
 use crate::tolerances::ACCEPT;
 
 /// Multipliers that only rates determine are known to engines no better than the rates are: what is less than this part
@@ -18,7 +19,7 @@ pub(super) enum Signs {
 
 impl DerivativeArray {
     /// What the signs of guards, and of their rates where guards are at zero, say of the mode.
-    pub(super) fn signs(&mut self, linear: &Linear, at: &Moment) -> Signs {
+    pub(super) fn signs(&mut self, linear: &Linear, newton: Option<&Newton>, at: &Moment) -> Signs {
         let mut worst = (0.0, None);
         let counts = |k: &usize| at.roles[*k] == Role::Diode && !self.is_shorted(*k, at.roles);
         let diodes: Vec<usize> = (0..self.m).filter(counts).collect();
@@ -45,18 +46,25 @@ impl DerivativeArray {
         linear.d.abs_mul_add(&self.turning, size);
         linear.b.iter().filter(|e| self.open[e.1]).for_each(|e| rate[e.0] = f64::NAN);
         let largest = self.turning.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut neutral = Vec::new();
         for &k in diodes.iter().filter(|&&k| guard(k) <= zero(k)) {
             let (rate, size) = match self.active[k] {
                 true => (self.turning[k], largest),
                 false => (self.opening[0][k], self.opening[1][k]),
             };
             if rate.is_nan() || rate.abs() <= ACCEPT * size {
-                return Signs::Undecided;
-            }
-            if rate < 0.0 {
+                neutral.push(k);
+            } else if rate < 0.0 {
                 return Signs::Wrong(k);
             }
         }
-        Signs::Right
+        if neutral.is_empty() {
+            return Signs::Right;
+        }
+        let mut equations = self.equations(linear, newton);
+        match neutral.into_iter().all(|k| self.is_idle(linear, &mut equations, k)) {
+            true => Signs::Right,
+            false => Signs::Undecided,
+        }
     }
 }

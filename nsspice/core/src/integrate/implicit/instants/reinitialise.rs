@@ -146,7 +146,6 @@ impl Stepper {
             zero: &self.instants.zero,
             keeps: &keeps,
             largest: self.instants.felt,
-            impacts: self.instants.impacts.active,
         };
         let newton = self.solver.smooth.as_mut().map(|smooth| &mut smooth.newton);
         let found = array.find(linear, newton, [&self.state.z, &self.state.l], &at)
