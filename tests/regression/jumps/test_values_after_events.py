@@ -116,3 +116,46 @@ def test_a_bridge_of_perfect_transformers_agrees_with_the_exact_engine() -> None
         assert difference <= 1e-9 * np.ptp(exact[name])
     # where closed switches and diodes form a loop, their currents are shared by short steps
     assert steps.stats["short_steps"] <= steps.stats["events"] / 10
+
+
+def test_a_diode_begins_to_conduct_beside_a_junction_with_series_resistance() -> None:
+    """The charge stands in the laws of both ends of the resistor, and their sum without a rate."""
+    saturation, resistance = 1e-14, 0.5
+    run = _run(
+        f"""ramp into a junction and an ideal diode side by side
+I1 0 x PWL(0 0 1u 1)
+D1 x 0 DJ
+D2 x 0 DI
+R1 x 0 1k
+.model DJ D(IS={saturation} RS={resistance} CJO=1n VJ=0.7 M=0.5)
+.model DI D(VFWD=0.3 RON=20m)
+.tran 10n 1u uic
+""",
+        *("v(x)", "i(d2)", "i(d1)"),
+    )
+    event = next(e.time for e in run.events if e.element == "d2")
+    voltage, current = _sides(run, event, "v(x)"), _sides(run, event, "i(d2)")
+    assert voltage[1] == pytest.approx(0.3, rel=1e-6)  # to the tolerance of an event
+    assert current[1] == pytest.approx(0.0, abs=1e-6)
+    # the rest of the ramp goes through the resistor into the charge
+    assert _sides(run, event, "i(d1)")[1] == pytest.approx(event / 1e-6 - 0.3e-3, rel=1e-5)
+    assert run.stats["short_steps"] <= 1  # the start
+
+
+def test_diodes_that_nothing_reaches_stay_as_they_are() -> None:
+    """Three-level leg: a clamping diode at an isolated node, another across closed switches.
+
+    No rate decides about them.  The exact engine finds the same changes of state.
+    """
+    circuit = (NETS / "converters/npc_leg.net").read_text()
+    text = circuit.replace(".tran 10u 40m", ".tran 10u 8m").replace("AT=40m", "AT=8m")
+    exact, steps = (nsspice.tran(nsspice.read(text), method=m) for m in ("modewise", "sdirk"))
+    assert steps.stats["short_steps"] <= 1  # the start
+
+    def clamped(run: nsspice.Solution) -> int:
+        return sum(event.element in ("d5", "d6") for event in run.events)
+
+    # the first period begins without a current, where either may conduct
+    assert abs(clamped(exact) - clamped(steps)) <= 4
+    # what `sdirk` errs by at its default tolerance
+    assert np.abs(exact["i(l1)"] - steps["i(l1)"]).max() <= 5e-6 * np.ptp(exact["i(l1)"])

@@ -13,13 +13,22 @@ const ROUNDS: usize = 6;
 /// A square matrix in triangular form.
 #[derive(Default)]
 pub struct Complete {
+    /// the matrix as it was
+    given: Matrix,
     lu: Matrix,
     rows: Vec<usize>,
     cols: Vec<usize>,
     row_scale: Vec<f64>,
     col_scale: Vec<f64>,
     rank: usize,
+    /// largest entries of rows, where their pivot is still to come
+    largest: Vec<f64>,
     work: Vec<f64>,
+}
+
+/// The largest of some numbers by size.
+fn size(row: &[f64]) -> f64 {
+    row.iter().fold(0.0, |most, v| most.max(v.abs()))
 }
 
 /// The power of two below a positive number; 1 for anything else.
@@ -32,9 +41,13 @@ fn power(x: f64) -> f64 {
 }
 
 impl Complete {
-    /// Factorises a matrix.
+    /// Factorises a matrix, if it is another one than the last.
     pub fn factor(&mut self, a: &Matrix) {
         let n = a.rows;
+        if self.given.rows == n && self.given.data == a.data {
+            return;
+        }
+        self.given.clone_from(a);
         self.lu.clone_from(a);
         self.scale(n);
         self.rows.clear();
@@ -42,28 +55,30 @@ impl Complete {
         self.cols.clear();
         self.cols.extend(0..n);
         self.rank = 0;
+        self.largest.clear();
+        self.largest.extend(self.lu.data.chunks_exact(n.max(1)).map(size));
         let nothing = of_elimination(n);
         while self.rank < n {
             let k = self.rank;
-            let (mut best, mut at) = (0.0, (k, k));
-            for r in k..n {
-                for (c, v) in self.lu.row(r).iter().enumerate().skip(k) {
-                    if v.abs() > best {
-                        (best, at) = (v.abs(), (r, c));
-                    }
+            let (mut best, mut row) = (0.0, k);
+            for (r, &most) in self.largest.iter().enumerate().skip(k) {
+                if most > best {
+                    (best, row) = (most, r);
                 }
             }
-            if best.is_nan() || best <= nothing {
+            if best <= nothing {
                 break;
             }
-            self.swap(k, at, n);
+            let column = self.lu.row(row)[k..].iter().position(|v| v.abs() == best);
+            self.swap(k, (row, k + column.unwrap_or(0)), n);
             let (above, below) = self.lu.data.split_at_mut((k + 1) * n);
             let pivot = &above[k * n..];
-            for row in below.chunks_exact_mut(n) {
+            for (row, most) in below.chunks_exact_mut(n).zip(&mut self.largest[k + 1..]) {
                 if row[k] != 0.0 {
                     let f = row[k] / pivot[k];
                     add_scaled(&mut row[k + 1..], -f, &pivot[k + 1..]);
                     row[k] = f;
+                    *most = size(&row[k + 1..]);
                 }
             }
             self.rank += 1;
@@ -100,6 +115,7 @@ impl Complete {
         if r != k {
             (0..n).for_each(|j| self.lu.data.swap(k * n + j, r * n + j));
             self.rows.swap(k, r);
+            self.largest.swap(k, r);
         }
         if c != k {
             (0..n).for_each(|i| self.lu.data.swap(i * n + k, i * n + c));
