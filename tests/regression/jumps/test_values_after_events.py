@@ -119,7 +119,7 @@ def test_a_bridge_of_perfect_transformers_agrees_with_the_exact_engine() -> None
 
 
 def test_a_diode_begins_to_conduct_beside_a_junction_with_series_resistance() -> None:
-    """The charge stands in the laws of both ends of the resistor, and their sum without a rate."""
+    """The laws of both ends of the resistor contain the charge, and their sum no rate."""
     saturation, resistance = 1e-14, 0.5
     run = _run(
         f"""ramp into a junction and an ideal diode side by side

@@ -1,6 +1,6 @@
-//! Laws combined so that charges of functions stand in as few of them as possible.
+//! Laws combined so that as few of them as possible contain charges of functions.
 //!
-//! The charge of a junction behind its series resistance stands in the laws of both its ends, and stores one thing: in
+//! The charge of a junction behind its series resistance belongs to the laws of both its ends, and stores one thing: in
 //! their sum it cancels, and that sum holds without any rate.  Taken one by one the two laws would look as if the
 //! voltage between them were an index of 2.  Elimination with row operations finds all such sums; since a charge
 //! counts once in a law, with either sign, they have coefficients of one.

@@ -2,7 +2,7 @@
 //!
 //! A conducting diode that only blocking branches join to the rest carries nothing; a blocking one between nodes that
 //! closed switches join has no voltage.  No rate decides about such a pair, of any order: it may stay as it is, as
-//! [ideal pairs side by side](super::super::shared) do of which the smallest currents leave one without.
+//! ideal pairs side by side do of which the smallest currents (`shared`) leave one without.
 //!
 //! ```text
 //! y' (G z + F f + A l - S u) + sum_j c_j w_j  =  the guard of the pair, for all z, f, l and u
@@ -14,7 +14,7 @@ use crate::descriptor::Linear;
 use crate::newton::Newton;
 use crate::rounding::of_elimination;
 
-/// The equations that hold in one mode, by the coefficients of all that stands in them.
+/// The equations that hold in one mode, by the coefficients of all their terms.
 pub(super) struct Equations {
     /// coefficients by equations, and factorised
     terms: Matrix,
@@ -24,7 +24,7 @@ pub(super) struct Equations {
 }
 
 impl DerivativeArray {
-    /// The equations of the present mode in which no rate stands.
+    /// The equations of the present mode that contain no rate.
     pub(super) fn equations(&mut self, linear: &Linear, newton: Option<&Newton>) -> Equations {
         let (n, conductors) = (self.n, self.conductors.len());
         let (sources, functions) = (linear.s.ncols, self.now.len());
@@ -33,7 +33,7 @@ impl DerivativeArray {
         let (driven, from) = (constant + 1, constant + 1 + sources);
         let size = (from + 2 * functions).max(rows.len() + conductors);
         let mut terms = Matrix::zeros(size, size);
-        // what stands outside of the matrices, column by column
+        // sources and functions, column by column
         let mut outside = vec![vec![0.0; n]; sources + 2 * functions];
         linear.s.iter().for_each(|(r, c, v)| outside[c][r] -= v);
         for (row, k, [f, q]) in newton.into_iter().flat_map(Newton::each_function) {

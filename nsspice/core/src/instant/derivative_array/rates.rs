@@ -98,7 +98,7 @@ impl DerivativeArray {
         }
     }
 
-    /// Whether the rates determine all values, but for potentials that stand in no equation: those stay.  Currents that
+    /// Whether the rates determine all values, but for potentials that no equation contains: those stay.  Currents that
     /// nothing determines are shared otherwise than here.
     pub(super) fn determines(&self, linear: &Linear, kernel: &Matrix, free: &[usize]) -> bool {
         self.onward.free().iter().all(|&column| {
