@@ -66,10 +66,10 @@ class _Lazy(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that the arguments name, or fail with the nearest name."""
         if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
-            hint = suggest(args[0], _COMMANDS)
-            if not hint and args[0].lower().endswith((".net", ".cir", ".sp", ".asc")):
+            if args[0].lower().endswith((".net", ".cir", ".sp", ".asc")):
                 hint = f"did you mean nsspice run {args[0]}?"
-            hint = hint or f"commands: {', '.join(_COMMANDS)}"
+            else:
+                hint = suggest(args[0], _COMMANDS) or f"commands: {', '.join(_COMMANDS)}"
             raise click.UsageError(f"there is no command {args[0]!r}; {hint}", ctx)
         return super().resolve_command(ctx, args)
 
