@@ -83,8 +83,14 @@ impl CutSets {
         })
     }
 
-    /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row.
-    pub fn worst(&self, [g, a, s]: [&Entries; 3], at: &Point) -> Option<(f64, usize)> {
+    /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row; what rounding leaves
+    /// of the voltages of each inductor is no error, though all of them have come to rest.
+    pub fn worst(
+        &self,
+        [g, a, s]: [&Entries; 3],
+        at: &Point,
+        rounding: impl Fn(usize) -> f64,
+    ) -> Option<(f64, usize)> {
         let (mut rest, mut sizes) = (vec![0.0; at.z.len()], vec![0.0; at.z.len()]);
         s.add_both(1.0, at.u, &mut rest, &mut sizes);
         g.add_both(-1.0, at.z, &mut rest, &mut sizes);
@@ -94,7 +100,8 @@ impl CutSets {
         let rate = |k: usize| {
             let terms = self.inverse.row(k).iter().zip(&self.inductors);
             terms.fold((0.0, 0.0), |(sum, size), (m, &row)| {
-                (sum + m * rest[row], size + m.abs() * sizes[row].max(FLOOR * largest))
+                let least = (FLOOR * largest).max(rounding(row) / CLEARLY);
+                (sum + m * rest[row], size + m.abs() * sizes[row].max(least))
             })
         };
         let rates: Vec<(f64, f64)> = (0..self.inductors.len()).map(rate).collect();

@@ -110,10 +110,11 @@ impl Auditor {
 
     /// The rates of inductors that a law of currents cut_sets to each other, right after a jump.
     fn cut_set_rates(&mut self, at: &Point) {
-        let cut_sets = self.cut_sets.as_ref();
-        if let Some((found, row)) = cut_sets
-            .and_then(|t| t.worst([&self.arrays.conductances, &self.arrays.a, &self.arrays.s], at))
-        {
+        let Some(cut_sets) = &self.cut_sets else { return };
+        let matrices = [&self.arrays.conductances, &self.arrays.a, &self.arrays.s];
+        let (part, largest) = (self.share * TOLERANCE, self.seen.largest);
+        let rounding = |row: usize| part * self.reach.acting(row, &largest);
+        if let Some((found, row)) = cut_sets.worst(matrices, at, rounding) {
             self.found.note_law(found, row);
         }
     }
