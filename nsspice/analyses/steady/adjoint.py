@@ -30,17 +30,8 @@ def adjoint(point: Point, signal: Functional, s: Complexes) -> Complexes:
         NS3063 where the equations have no solution.
     """
     value, rate = point.matrices()
-    n, size = point.system.n, point.system.n + len(point.active)
-    c, d = np.zeros(size), np.zeros(size)
-    place = {int(pair): n + k for k, pair in enumerate(point.active)}
-    for out, of_unknowns, of_functions in ((c, signal.z, signal.f), (d, signal.dz, signal.df)):
-        for j, factor in of_unknowns:
-            out[j] += factor
-        for f, factor in of_functions:
-            out[:n] += factor * point.slopes[f]
-    for pair, factor in signal.lam:
-        if pair in place:
-            c[place[pair]] += factor
+    c, d = point.row(signal)
+    size = c.size
     found = np.empty((s.size, size), complex)
     if size <= _DENSE:
         G, E = value.dense().T, rate.dense().T

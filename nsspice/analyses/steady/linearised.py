@@ -96,6 +96,24 @@ class Point:
             value.append((rows[kept], cols[kept], sign * matrix.data[kept]))
         return _joined(size, value), _joined(size, rate)
 
+    def row(self, signal: Functional) -> tuple[Floats, Floats]:
+        """Return what a signal reads of ``[z; active multipliers]``, of values and of rates."""
+        n, size = self.system.n, self.system.n + len(self.active)
+        value, rate = np.zeros(size), np.zeros(size)
+        place = {int(pair): n + k for k, pair in enumerate(self.active)}
+        for out, of_unknowns, of_functions in (
+            (value, signal.z, signal.f),
+            (rate, signal.dz, signal.df),
+        ):
+            for j, factor in of_unknowns:
+                out[j] += factor
+            for f, factor in of_functions:
+                out[:n] += factor * self.slopes[f]
+        for pair, factor in signal.lam:
+            if pair in place:
+                value[place[pair]] += factor
+        return value, rate
+
     def drive(self, weights: Mapping[str, complex]) -> tuple[Complexes, Complexes]:
         """Return the right side, and what multiplies s in it, of stimuli, shape (n + k,) each."""
         system = self.system

@@ -175,18 +175,8 @@ def _voltage(a: str, b: str) -> str:
 
 def _row(point: Point, output: Functional, weights: Matrix) -> tuple[Matrix, Matrix, float]:
     """Return an output as a row over ``[z; active multipliers]``, of values and of rates."""
-    n = point.system.n
-    value, rate = (np.zeros(n + len(point.active)) for _ in range(2))
-    place = {int(pair): n + k for k, pair in enumerate(point.active)}
+    value, rate = point.row(output)
     own = sum(factor * float(weights[index]) for index, factor in output.u)
-    for target, direct, smooth in ((value, output.z, output.f), (rate, output.dz, output.df)):
-        for index, factor in direct:
-            target[index] += factor
-        for index, factor in smooth:
-            target[:n] += factor * point.slopes[index]
-    for index, factor in output.lam:
-        if index in place:
-            value[place[index]] += factor
     for index, factor in output.f:
         own += factor * float(point.source_slopes[index] @ weights)
     return value, rate, own

@@ -58,6 +58,13 @@ class Level1Law(Generic[R]):
         root = tape.op("body", lower, constants=(p["phi"],))
         return tape.op("add", base, tape.op("mul", tape.constant(p["gamma"]), root))
 
+    def _root(self, body: R) -> R:
+        """Return ``sqrt(phi - v)``, continued where the junction conducts as LEVEL=2 and 3 do."""
+        tape, c, phi = self.tape, self.tape.constant, self.p["phi"]
+        blocked = tape.op("sqrt", tape.op("sub", c(phi), tape.op("min", body, c(0.0))))
+        ahead = self._times(0.5 / phi, tape.op("uramp", body))
+        return tape.op("div", blocked, tape.op("add", c(1.0), ahead))
+
     def channel(self) -> R:
         """Return the current from drain to source."""
         tape, p = self.tape, self.p

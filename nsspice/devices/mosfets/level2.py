@@ -137,13 +137,6 @@ class Level2Law(Level1Law[R]):
         self.threshold = threshold
         return threshold
 
-    def _root(self, body: R) -> R:
-        """Return ``sqrt(phi - v)``, with SPICE's way on where the junction conducts."""
-        tape, c, phi = self.tape, self.tape.constant, self.p["phi"]
-        blocked = tape.op("sqrt", tape.op("sub", c(phi), tape.op("min", body, c(0.0))))
-        ahead = self._times(0.5 / phi, tape.op("uramp", body))
-        return tape.op("div", blocked, tape.op("add", c(1.0), ahead))
-
     def _fall(self, root: R) -> R:
         """Return the derivative of a root by the voltage: the smaller one of both in size."""
         tape, phi = self.tape, self.p["phi"]

@@ -123,10 +123,7 @@ class Level3Law(Level1Law[R]):
         self.gate = tape.op("max", self.v["gs"], self.v["gd"])
         self.across = tape.op("abs", self.v["ds"])
         body = tape.op("max", self.v["bs"], self.v["bd"])
-        phi = p["phi"]
-        blocked = tape.op("sqrt", tape.op("sub", c(phi), tape.op("min", body, c(0.0))))
-        ahead = self._times(0.5 / phi, tape.op("uramp", body))
-        root = tape.op("div", blocked, tape.op("add", c(1.0), ahead))
+        root = self._root(body)
         gamma = c(p["gamma"])
         if p["xj"] and p["alpha"]:
             gamma = self._times(p["gamma"], self._short(root))

@@ -12,7 +12,7 @@ import nsspice
 from nsspice.errors import NsspiceError, UsageError
 from nsspice.output.deck.conversion import convert
 
-#: some tens of roundings in the solution of small, well-conditioned equations
+#: tens of roundings in the solution of small, well-conditioned equations
 EXACT = 1e-13
 
 
