@@ -83,8 +83,8 @@ impl CutSets {
         })
     }
 
-    /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row; what rounding leaves
-    /// of the voltages of each inductor is no error, though all of them have come to rest.
+    /// The worst of the laws at a point, in units in which [`TOLERANCE`] is allowed, and its row; the rounding of the
+    /// voltages of each inductor is allowed for, also where all of them have come to rest.
     pub fn worst(
         &self,
         [g, a, s]: [&Entries; 3],

@@ -312,7 +312,7 @@ impl Hybrid {
         }
         for (k, [sum, size]) in injected.into_iter().enumerate() {
             let edge = self.basis.tree[self.twigs[k].place];
-            let loose = edge < network.laws.len() && matches!(network.laws[edge], Law::Loose(_));
+            let loose = matches!(network.laws[edge], Law::Loose(_));
             if !(loose && sum.abs() <= SUMS * size) {
                 self.right[k] += sum;
             }

@@ -190,21 +190,22 @@ impl SmoothPart {
         if !self.newton.stores() {
             return None;
         }
-        let clock = self.clock(t);
-        let (mut entries, slopes): (Vec<_>, _) =
-            (linear.e.iter().collect(), self.newton.stored_slopes(z, u, clock));
-        let left = self.left_after(linear, &slopes, instant);
+        let (slopes, left) = self.left_after(linear, (z, u, t), instant);
+        let mut entries: Vec<_> = linear.e.iter().collect();
         entries.extend(slopes.into_iter().filter(|e| left[e.0] > 0.0 && left[e.1] > 0.0));
         Some(Csc::from_triplets(linear.e.nrows, linear.e.ncols, &entries))
     }
 
-    /// Of each law what is stored there, less what is gone from it within an `instant` [s].
+    /// The slopes of what functions store at a state, and of each law what is stored there, less what is gone from it
+    /// within an `instant` [s].
     fn left_after(
-        &self,
+        &mut self,
         linear: &Linear,
-        slopes: &[(usize, usize, f64)],
+        (z, u, t): (&[f64], &[f64], f64),
         instant: f64,
-    ) -> Vec<f64> {
+    ) -> (Vec<(usize, usize, f64)>, Vec<f64>) {
+        let clock = self.clock(t);
+        let slopes = self.newton.stored_slopes(z, u, clock);
         let mut own = vec![0.0; linear.g.nrows];
         linear.e.iter().filter(|e| e.0 == e.1).for_each(|(j, _, v)| own[j] = v);
         let (mut left, mut held) = (vec![0.0; linear.g.nrows], vec![0.0; linear.g.nrows]);
@@ -222,7 +223,7 @@ impl SmoothPart {
         for (row, _, v) in linear.e.iter().chain(slopes.iter().copied()).filter(|e| e.0 == e.1) {
             left[row] += v.abs();
         }
-        left
+        (slopes, left)
     }
 
     /// Laws in which what functions store at a state counts, see [`SmoothPart::stored`].
@@ -234,9 +235,8 @@ impl SmoothPart {
         t: f64,
         instant: f64,
     ) -> Vec<bool> {
-        let clock = self.clock(t);
-        let slopes = self.newton.stored_slopes(z, u, clock);
-        self.left_after(linear, &slopes, instant).into_iter().map(|left| left > 0.0).collect()
+        let (_, left) = self.left_after(linear, (z, u, t), instant);
+        left.into_iter().map(|left| left > 0.0).collect()
     }
 
     /// What conducts where all switches are closed.

@@ -69,9 +69,7 @@ impl Stepper {
         if coupled && !jumps {
             return false;
         }
-        self.state.z.clone_from(&after);
-        self.state.l = found.l;
-        self.state.turn_to(&found.active);
+        self.take_values([&after, &found.l, &found.rates], &found.active);
         if jumps {
             self.solver.stats.jumps += 1;
             if self.recorder.jumps.len() < MAX_JUMPS {
@@ -89,12 +87,19 @@ impl Stepper {
                 });
             }
         }
-        if self.recorder.outputs.needs_rates() {
-            self.recorder.rates.copy_from_slice(&found.rates);
-        }
         self.instants.begun = (!coupled).then_some(found.rates);
         self.record_state(None);
         true
+    }
+
+    /// Takes unknowns, multipliers, rates and the mode right after an instant.
+    fn take_values(&mut self, [z, l, rates]: [&[f64]; 3], active: &[bool]) {
+        self.state.z.copy_from_slice(z);
+        self.state.l.copy_from_slice(l);
+        self.state.turn_to(active);
+        if self.recorder.outputs.needs_rates() {
+            self.recorder.rates.copy_from_slice(rates);
+        }
     }
 
     /// Charges and fluxes stay as they are, the rest follows from them; false if they may jump, or the next mode is
@@ -110,12 +115,8 @@ impl Stepper {
         };
         let found = continuous.find(&self.solver.sys.linear, [&self.state.z, &self.state.l], at);
         if found {
-            self.state.z.copy_from_slice(&continuous.z);
-            self.state.l.copy_from_slice(&continuous.l);
-            self.state.turn_to(&continuous.active);
-            if self.recorder.outputs.needs_rates() {
-                self.recorder.rates.copy_from_slice(&continuous.rates);
-            }
+            let Continuous { z, l, active, rates, .. } = &*continuous;
+            self.take_values([z, l, rates], active);
             self.instants.begun = Some(continuous.rates.clone());
             self.record_state(None);
         }
@@ -151,12 +152,8 @@ impl Stepper {
         let found = array.find(linear, newton, [&self.state.z, &self.state.l], &at)
             && self.jumps().keeps_charges(&array.z);
         if found {
-            self.state.z.copy_from_slice(&array.z);
-            self.state.l.copy_from_slice(&array.l);
-            self.state.turn_to(&array.active);
-            if self.recorder.outputs.needs_rates() {
-                self.recorder.rates.copy_from_slice(&array.rates);
-            }
+            let DerivativeArray { z, l, active, rates, .. } = &*array;
+            self.take_values([z, l, rates], active);
             if let Some(smooth) = &mut self.solver.smooth {
                 smooth.enter(&array.z, &self.state.u0, time, &array.function_rates);
             }
