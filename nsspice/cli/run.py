@@ -98,7 +98,7 @@ _FILE = "Output file: .csv, .raw, .npz, .parquet, .h5 or .s2p; - is standard out
     help="Choose a method and step for this output error, relative to each signal's range.",
 )
 @click.option(
-    "--power", is_flag=True, help="Print exact average powers of all elements (.pss and .tran)."
+    "--power", is_flag=True, help="Print average powers of all elements (.pss and .tran)."
 )
 @click.option(
     "--load",

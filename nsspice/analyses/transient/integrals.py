@@ -7,23 +7,23 @@ Gauss that are exact to rounding for such sums.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from ...circuit import Circuit, MnaSystem
+from ...errors import NumericalError
 from ...problems.descriptor import DescriptorSystem
-from ...solvers.orbit import PeriodMap, State
+from ...solvers.modewise import NotModewise
+from ...solvers.orbit import NoDerivative, NoOrbit, PeriodMap, State
+from ...solvers.stepper import UnsolvedStep
 from ..signals.signal_names import canonical
+from .window_integrals import Complexes, NoClosedForm, WindowIntegrals
 
 if TYPE_CHECKING:
     from .heat import Heating
-
-Complexes = npt.NDArray[np.complex128]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +46,8 @@ class Course:
 
 
 @dataclass(slots=True)
-class Integrals:
-    """Integrals of the signals of a circuit over a window.
+class Integrals(WindowIntegrals):
+    """Integrals of the signals of a circuit over a window, from closed forms.
 
     Parameters
     ----------
@@ -76,11 +76,6 @@ class Integrals:
     _courses: dict[int, Course] = field(default_factory=dict)
     _maps: dict[tuple[int, tuple[str, ...]], PeriodMap] = field(default_factory=dict)
 
-    @property
-    def frequency(self) -> float:
-        """One over the length of the window [Hz]."""
-        return 1.0 / (self.window[1] - self.window[0])
-
     def over(self, window: tuple[float, float]) -> Integrals:
         """Return the integrals over another window [s] of the same run."""
         return Integrals(
@@ -102,26 +97,29 @@ class Integrals:
         return self._courses[home]
 
     def map_of(self, home: int, names: tuple[str, ...]) -> PeriodMap:
-        """Return an island's run with some outputs."""
+        """Return an island's run with some outputs.
+
+        Raises
+        ------
+        NoClosedForm
+            If the exact engine does not run it from begin to end.
+        """
         found = self._maps.get((home, names))
         if found is None:
-            course = self.course(home)
-            outputs = [course.mna.functional(name) for name in names]
-            found = PeriodMap(course.system, course.stop, outputs)
-            found.run(course.state)
+            try:
+                course = self.course(home)
+                outputs = [course.mna.functional(name) for name in names]
+                found = PeriodMap(course.system, course.stop, outputs)
+                found.run(course.state)
+            except NoDerivative as problem:
+                raise NoClosedForm("the run needed implicit steps") from problem
+            except (NotModewise, NoOrbit, UnsolvedStep, NumericalError) as problem:
+                raise NoClosedForm(str(problem)) from problem
             self._maps[home, names] = found
         return found
 
     def coefficients(self, names: Sequence[str], orders: Sequence[int]) -> dict[str, Complexes]:
-        """Return Fourier coefficients ``1/T int e^(-i n w (t - t0)) y dt`` of signals.
-
-        Parameters
-        ----------
-        names : sequence of str
-            Voltages and currents.
-        orders : sequence of int
-            Multiples of the window's own frequency.
-        """
+        """Return Fourier coefficients of signals."""
         keys = [canonical(name) for name in names]
         parts = {key: self.circuit.parts(key) for key in keys}
         found = {key: np.zeros(len(orders), complex) for key in keys}
@@ -138,25 +136,8 @@ class Integrals:
                         found[key] += factor * table[local.index(part)]
         return found
 
-    def mean(self, name: str) -> float:
-        """Return the average of a signal; of a power ``p(r1)`` that of the product."""
-        key = canonical(name)
-        if key.startswith("p("):
-            return self.powers([key[2:-1]])[0]
-        return float(self.coefficients([key], [0])[key][0].real)
-
-    def rms(self, name: str) -> float:
-        """Return the root of the mean square of a voltage or current."""
-        return math.sqrt(max(self.product(name, name), 0.0))
-
     def product(self, one: str, two: str) -> float:
-        """Return the average of the product of two signals.
-
-        Raises
-        ------
-        ValueError
-            If they belong to different parts of the circuit.
-        """
+        """Return the average of the product of two signals."""
         terms = [self.circuit.parts(canonical(name)) for name in (one, two)]
         homes = {home for part in terms for home, _, _ in part}
         if not homes:
@@ -191,15 +172,3 @@ class Integrals:
             for (k, _, _), value in zip(products, values, strict=True):
                 total[k] += float(value)
         return total
-
-    def distortion(self, name: str, order: int = 1) -> float:
-        """Return the total harmonic distortion and the harmonic of an order, all others counted.
-
-        It is the root of the power of all harmonics but this one and the mean, over that of this
-        one.
-        """
-        key = canonical(name)
-        mean, first = self.coefficients([key], [0, order])[key]
-        own = 2.0 * abs(first) ** 2
-        rest = self.product(key, key) - abs(mean) ** 2 - own
-        return math.sqrt(max(rest, 0.0) / own) if own > 0.0 else math.nan

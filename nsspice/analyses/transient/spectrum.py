@@ -1,39 +1,59 @@
-"""Fourier coefficients and distortion of ``.four`` and ``.measure``, exact along closed forms."""
+"""Fourier coefficients, distortion and powers, as exact as the engine that ran."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
 from ...circuit import Circuit
+from ...devices.heat.switching_loss import switching_loss
 from ...errors import Diagnostic, NsspiceError, UsageError
 from ...netlist.deck import FourCard, Measure
-from ...solvers.modewise import NotModewise
-from ...solvers.orbit import NoDerivative, NoOrbit
-from ...solvers.stepper import UnsolvedStep
 from ..results.spectrum import Spectrum
 from ..signals.signal_names import canonical
-from .integrals import Integrals
+from .recorded_integrals import RecordedIntegrals
+from .window_integrals import NoClosedForm, WindowIntegrals
 
 if TYPE_CHECKING:
+    from ..results.loss_table import LossTable
     from ..solution.solution import Solution
 
-#: what an engine has to say if a run has no closed form throughout
-INEXACT = (NotModewise, NoDerivative, NoOrbit, UnsolvedStep, NsspiceError, ValueError)
+#: why there are no integrals
+UNKNOWN = (NoClosedForm, NsspiceError, ValueError)
 #: a frequency is a multiple of another up to this part
 _SAME = 1e-9
-_NAMED = 6  # elements without a power that are listed by name
+T = TypeVar("T")
 
 
-def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1) -> Spectrum:
+def along(solution: Solution, use: Callable[[WindowIntegrals], T]) -> T:
+    """Return what ``use`` makes of a run's closed forms, or else of the polynomials of its steps.
+
+    Raises
+    ------
+    ValueError
+        If the run is neither known in closed form nor by steps, but at its rows alone.
+    """
+    exact = solution.integrals
+    if exact is not None:
+        try:
+            return use(exact)
+        except NoClosedForm:
+            pass
+    steps = RecordedIntegrals.of(solution)
+    if steps is None:
+        raise ValueError("the run is known at its rows alone")
+    return use(steps)
+
+
+def spectrum(integrals: WindowIntegrals, name: str, harmonics: int, multiple: int = 1) -> Spectrum:
     """Return the spectrum of a signal.
 
     Parameters
     ----------
-    integrals : Integrals
+    integrals : WindowIntegrals
     name : str
         A voltage or current.
     harmonics : int
@@ -57,40 +77,43 @@ def spectrum(integrals: Integrals, name: str, harmonics: int, multiple: int = 1)
 
 
 def add_spectra(solution: Solution, cards: Sequence[FourCard]) -> None:
-    """Compute what ``.four`` cards ask for; what has no closed form becomes a warning."""
+    """Compute what ``.four`` cards ask for; what is not known becomes a warning."""
     for card in cards:
+
+        def spectra(over: WindowIntegrals, card: FourCard = card) -> list[Spectrum]:
+            window, multiple = _window(over, solution.analysis, card)
+            return [spectrum(window, name, card.harmonics, multiple) for name in card.signals]
+
         try:
-            integrals, multiple = _window(solution, card)
-            for name in card.signals:
-                solution.spectra.append(spectrum(integrals, name, card.harmonics, multiple))
-        except INEXACT as problem:
+            solution.spectra.extend(along(solution, spectra))
+        except UNKNOWN as problem:
             solution.warnings.append(_left_out(card, problem))
 
 
 def add_powers(circuit: Circuit, solution: Solution, loads: Sequence[str]) -> None:
-    """Compute the average powers of all elements; without closed forms they become a warning."""
-    from .losses import losses, without_powers
+    """Compute the average powers of all elements; what is not known becomes a warning."""
+    from .losses import losses
 
-    if solution.integrals is None:
-        if solution.analysis == "pss":
-            solution.warnings.append(_left_out(None, ValueError("the run has no closed form")))
-        return
+    def table(integrals: WindowIntegrals) -> LossTable:
+        steps = RecordedIntegrals.of(solution)
+        if steps is not None:
+            steps = steps.over(integrals.window)
+        return losses(circuit, integrals, steps, loads, solution.jumps)
+
     try:
-        lost = math.fsum(jump.lost for jump in solution.jumps)
-        given = math.fsum(jump.delivered for jump in solution.jumps)
-        solution.powers = losses(circuit, solution.integrals, loads, lost, given)
-        if others := without_powers(circuit, solution.integrals):
-            names = ", ".join(others[:_NAMED]) + (" ..." if len(others) > _NAMED else "")
-            problem = ValueError(f"{names}: blocks driven by another one take steps")
-            solution.warnings.append(_left_out(None, problem, "for some elements"))
-        hot = (solution.integrals.heat or {}).values()
-        if beyond := [h.element for h in hot if h.outside]:
-            solution.warnings.append(_beyond(beyond))
+        solution.powers = along(solution, table)
     except UsageError:
         raise
-    except INEXACT as problem:
-        found = _left_out(None, problem)
-        solution.warnings.append(found)
+    except UNKNOWN as problem:
+        solution.warnings.append(_left_out(None, problem))
+        return
+    exact = solution.integrals
+    hot = {} if exact is None or exact.heat is None else exact.heat
+    if beyond := [h.element for h in hot.values() if h.outside]:
+        solution.warnings.append(_beyond(beyond))
+    if cold := [e.name for e in circuit.deck.elements if switching_loss(e) and e.name not in hot]:
+        why = f"energies and temperatures of {', '.join(cold)} need the exact engine"
+        solution.warnings.append(_left_out(None, ValueError(why), "in part"))
 
 
 def _beyond(elements: Sequence[str]) -> Diagnostic:
@@ -103,12 +126,11 @@ def _beyond(elements: Sequence[str]) -> Diagnostic:
     )
 
 
-def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
+def _window(
+    integrals: WindowIntegrals, analysis: str, card: FourCard
+) -> tuple[WindowIntegrals, int]:
     """Return integrals over the periods of a card, and the fundamental as a multiple of theirs."""
-    integrals = solution.integrals
-    if integrals is None:
-        raise ValueError("the run has no closed form")
-    if solution.analysis == "pss":
+    if analysis == "pss":
         if card.frequency is None:
             return integrals, 1
         ratio = card.frequency / integrals.frequency
@@ -128,18 +150,13 @@ def _window(solution: Solution, card: FourCard) -> tuple[Integrals, int]:
 
 
 def _left_out(card: FourCard | None, problem: Exception, part: str = "") -> Diagnostic:
-    if isinstance(problem, NsspiceError):
-        reason = problem.diagnostics[0].message
-    elif isinstance(problem, NoDerivative):
-        reason = "the run needed implicit steps, which have no closed form"
-    else:
-        reason = str(problem)
+    reason = problem.diagnostics[0].message if isinstance(problem, NsspiceError) else str(problem)
     what = " ".join(filter(None, ["--power" if card is None else ".four", "is omitted", part]))
     return Diagnostic(
         "NS5003",
         f"{what}: {reason}",
         None if card is None else card.span,
-        "averages and Fourier coefficients are computed from the closed forms of the exact engine",
+        "check the frequency, and that the run is long enough",
         severity="warning",
     )
 
@@ -156,7 +173,7 @@ def exact_statistic(solution: Solution, card: Measure) -> float | None:
     try:
         integrals = solution.integrals
         return integrals.mean(name) if card.operation == "avg" else integrals.rms(name)
-    except INEXACT:
+    except UNKNOWN:
         return None
 
 
@@ -188,7 +205,7 @@ def hot_measure(solution: Solution, card: Measure) -> float:
             raise ValueError("FROM and TO are not within the run")
     try:
         found = hot_statistic(integrals.circuit, integrals, name, card.operation, window)
-    except INEXACT as problem:
+    except UNKNOWN as problem:
         message = problem.diagnostics[0].message if isinstance(problem, NsspiceError) else ""
         raise ValueError(message or str(problem) or "the run has no closed form") from problem
     if found is None:
@@ -208,19 +225,19 @@ def spectral_measure(solution: Solution, card: Measure) -> float:
     names = [] if card.expression is None else sorted(card.expression.variables())
     if len(names) != 1 or canonical(names[0]) != canonical(card.expression.text):  # type: ignore[union-attr]
         raise ValueError("a spectrum needs exactly one signal")
-    integrals = solution.integrals
-    if integrals is None:
-        raise ValueError("the run has no closed form")
-    if card.start is not None or card.stop is not None:
-        low, high = integrals.window
-        window = (card.start if card.start is not None else low, card.stop or high)
-        integrals = integrals.over(window)
+    name, operation = canonical(names[0]), card.operation
+
+    def value(integrals: WindowIntegrals) -> float:
+        if card.start is not None or card.stop is not None:
+            low, high = integrals.window
+            integrals = integrals.over((card.start or low, card.stop or high))
+        if operation == "thd":
+            return integrals.distortion(name)
+        order = int(operation.removeprefix("harm"))
+        (found,) = integrals.coefficients([name], [order])[name]
+        return float(np.abs(found)) * (2.0 if order else 1.0)
+
     try:
-        if card.operation == "thd":
-            return integrals.distortion(names[0])
-        order = int(card.operation.removeprefix("harm"))
-        found = integrals.coefficients([names[0]], [order])[canonical(names[0])]
-        return float(np.abs(found[0])) * (2.0 if order else 1.0)
-    except INEXACT as problem:
-        reason = str(problem) or "the run has no closed form"
-        raise ValueError(reason) from problem
+        return along(solution, value)
+    except UNKNOWN as problem:
+        raise ValueError(str(problem)) from problem

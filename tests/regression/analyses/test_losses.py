@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 import nsspice
+from nsspice.analyses.transient.recorded_integrals import RecordedIntegrals
 
 LOSSY = """Buck with resistances
 Vin in 0 24
@@ -118,11 +119,65 @@ def test_a_transient_has_powers_too() -> None:
     assert found["v1"] == pytest.approx(-1e-6 * (1 - e), rel=1e-12)
 
 
-def test_smooth_laws_have_no_table_and_say_so() -> None:
+def test_smooth_laws_have_their_table_from_steps() -> None:
+    """A diode's power is what the resistor and the capacitor leave of the source's."""
     text = "d\nV1 a 0 SIN(0 5 1k)\nR1 a b 1k\nD1 b 0 DX\nC1 b 0 1n\n.model DX D(IS=1e-14)\n"
-    sol = table(text + ".tran 10u 1m\n")
-    assert sol.powers is None
-    assert "NS5003" in [w.code for w in sol.warnings]
+    sol = table(text + ".tran 1u 1m\n.options reltol=1e-7\n")
+    assert not sol.warnings
+    power = {row.element: row.power for row in sol.powers.rows}
+    # Tellegen's theorem holds for the polynomials as it does for values
+    assert sol.powers.imbalance < 1e-12
+    # mean square of a current by the rectangle rule, which is of high order over a period
+    current = sol["i(r1)"][:-1]
+    assert power["r1"] == pytest.approx(1e3 * float(np.mean(current**2)), rel=1e-5)
+    # what a capacitor holds at the end, over the time of the run, to ten tolerances of what flows
+    held = 0.5e-9 * (sol["v(b)"][-1] ** 2 - sol["v(b)"][0] ** 2)
+    flows = np.sqrt(np.mean(sol["v(b)"] ** 2) * np.mean(sol["i(c1)"] ** 2))
+    assert power["c1"] == pytest.approx(held / 1e-3, abs=1e-6 * flows)
+
+
+def test_an_orbit_by_steps_has_powers_and_spectra() -> None:
+    text = """Rectifier
+V1 a 0 SIN(0 5 1k)
+R1 a b 100
+D1 b c DX
+C1 c 0 1u
+R2 c 0 1k
+.model DX D(IS=1e-14)
+.pss
+.four i(r1)
+.measure pss distortion THD i(r1)
+.measure pss lost AVG p(d1)
+"""
+    sol = table(text)
+    assert not sol.warnings
+    assert sol.powers.imbalance < 1e-12
+    power = {row.element: row.power for row in sol.powers.rows}
+    assert power["d1"] == pytest.approx(sol.measures["lost"], rel=1e-12)
+    # the tolerance of steps, over a period at whose end a capacitor holds what it held
+    assert abs(power["c1"]) < 1e-5 * power["r2"]
+    (spectrum,) = sol.spectra
+    # sums over rows are the coefficients up to those of orders near their number
+    rows = np.fft.fft(sol["i(r1)"][:-1])[:10] / (sol.axis.size - 1)
+    assert np.abs(rows - spectrum.coefficients[:10]).max() < 1e-6 * abs(rows[1])
+    assert spectrum.distortion == pytest.approx(sol.measures["distortion"], rel=1e-12)
+
+
+def test_polynomials_of_a_run_give_its_closed_forms() -> None:
+    """A buck's powers and Fourier coefficients, from either description of one run."""
+    text = (Path(__file__).parents[3] / "netlists/converters/buck.net").read_text("utf-8")
+    sol = table(text)
+    steps = RecordedIntegrals.of(sol)
+    names = [row.element for row in sol.powers.rows]
+    exact, found = (np.array(way.powers(names)) for way in (sol.integrals, steps))
+    assert np.abs(found - exact).max() < 1e-11 * np.abs(exact).max()
+    currents = [f"i({name})" for name in names if name.startswith(("r", "l"))]
+    one, other = (np.array(way.squares(currents)) for way in (sol.integrals, steps))
+    assert other == pytest.approx(one, rel=1e-11)
+    orders = [0, 1, 20, 100, 1000]
+    for name in currents:
+        one, other = (w.coefficients([name], orders)[name] for w in (sol.integrals, steps))
+        assert np.abs(one - other).max() < 1e-11 * np.abs(one).max()
 
 
 def test_the_command_prints_the_table(tmp_path: Path) -> None:
