@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ..devices.device import Device
-from ..devices.expressions.block_input import BlockInput, Sensed
 from ..devices.passive.coupling import Coupling
 from ..devices.sources.controlled import CurrentControlled
 from ..devices.switches.switch import CurrentSwitch
@@ -23,6 +23,9 @@ from .kink_form import written
 from .problem_class import ProblemClass, classify
 from .signals import owner
 from .union_find import UnionFind
+
+if TYPE_CHECKING:
+    from ..devices.expressions.block_input import Sensed
 
 #: What a block has to be to drive another one: something is stored in it, and nothing is smooth.
 _EXACT = (ProblemClass.LINEAR_DAE, ProblemClass.DLCP)
@@ -118,6 +121,8 @@ def blocks(circuit: Circuit, new: Callable[[], Handed]) -> Blocks:
             islands.append(_island(driven, island))
     if not links:
         return Blocks(circuit)
+    from ..devices.expressions.block_input import BlockInput
+
     node_home: dict[str, int] = {}
     element_home: dict[str, int] = {}
     for k, island in enumerate(islands):
@@ -181,6 +186,8 @@ def _driven(
     devices: Sequence[Device], parts: _Parts, new: Callable[[], Handed]
 ) -> tuple[list[Device], list[tuple[str, int, Handed]]]:
     """Return the elements of a driven block with its inputs, and what these are."""
+    from ..devices.expressions.block_input import BlockInput, Sensed
+
     inputs: dict[str, tuple[int, Handed, Device]] = {}
 
     def need(signal: str, home: int, device: Device) -> None:

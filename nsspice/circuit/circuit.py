@@ -9,7 +9,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..devices.device import Device
-from ..devices.diodes.broken_junction import BrokenJunction
 from ..devices.stamper import AnalysisKind, Conditions
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
 from ..netlist.deck import Deck
@@ -195,6 +194,8 @@ class Circuit:
 
         The errors are relative to the larger of the scale [A], [C] and the value itself.
         """
+        from ..devices.diodes.broken_junction import BrokenJunction
+
         return {
             name: {"element": device.name, **body.to_dict()}
             for device in self.devices

@@ -12,7 +12,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..devices.device import Device
-from ..devices.expressions.behavioural import Behavioural
 from ..devices.passive.coupling import Coupling
 from ..devices.sources.controlled import Ccvs, Vcvs
 from ..devices.sources.vsource import VoltageSource
@@ -157,7 +156,7 @@ def _holding(devices: Sequence[Device]) -> dict[str, Device]:
         d
         for d in devices
         if isinstance(d, VoltageSource | Vcvs | Ccvs)
-        or (isinstance(d, Behavioural) and d.quantity == "v")
+        or (d.expressions and getattr(d, "quantity", "") == "v")
     ]
     found: dict[str, Device] = {}
     known = {"0"}

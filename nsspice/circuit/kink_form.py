@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..devices.device import Device
-from ..devices.expressions.knotted_charge import as_junctions
 from ..devices.stamper import Conditions
 from .mna import assemble
 
@@ -31,6 +30,8 @@ def written(
     """
     if not any(device.kinked for device in devices):
         return list(devices)
+    from ..devices.expressions.knotted_charge import as_junctions
+
     pairs = as_junctions(_as(devices, True))
     return pairs if _suits(pairs, nodes, conditions) else _as(devices, False)
 

@@ -10,13 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from ..devices.device import Device
-from ..devices.diodes.junction_lines import Settings
 from ..errors import Diagnostic, Span, UsageError
 from ..netlist.deck import Deck, Param
 from ..netlist.findings import Findings
 from .gate_drives import extremes
+
+if TYPE_CHECKING:
+    from ..devices.diodes.junction_lines import Settings
 
 #: largest difference of laws, unless the deck says another one
 TOLERANCE = 0.05
@@ -87,6 +90,8 @@ def line_settings(deck: Deck, findings: Findings) -> Settings | None:
     volts = sources["v"] or _UNIT
     ohms = math.exp(sum(map(math.log, resistors)) / len(resistors)) if resistors else _UNIT
     current = volts / ohms if sources["v"] else sources["i"] or _UNIT
+    from ..devices.diodes.junction_lines import Settings
+
     return Settings(tolerance, current, volts)
 
 

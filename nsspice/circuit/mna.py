@@ -148,6 +148,25 @@ class MnaSystem:
             if isinstance(d, Inductor)
         ]
 
+    @property
+    def largest_source(self) -> float:
+        """The largest value that a source has at t = 0, 1 if there is none."""
+        sizes = (abs(w.values[0] * w.scale) for w in self.system.waveforms if w.values)
+        return float(max(sizes, default=0.0)) or 1.0
+
+    def function_elements(self, function: int) -> list[str]:
+        """Return the elements whose law a smooth function is, else those around it."""
+        named = [key.split("#")[0] for key, k in self.layout.functions.items() if k == function]
+        if named or self.system.smooth is None:
+            return named
+        F = self.system.smooth.F
+        rows = [int(r) for r in F.indices[F.columns == function]]
+        elements = [self.row_elements[r] for r in rows]
+        if any(elements):
+            return [e for e in elements if e is not None]
+        nodes = {self.row_nodes[r] for r in rows}
+        return [d.name for d in self.devices if d.smooth and nodes & set(d.ends)]
+
     def functional(self, name: str) -> Functional:
         """Return a signal as a linear combination of unknowns, multipliers, rates and sources.
 

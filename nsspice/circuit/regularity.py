@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
 from ..problems.feedback import undecided_switches
@@ -76,7 +74,7 @@ def dc_uniqueness(mna: MnaSystem) -> DcUniqueness:
     if found.unique:
         return _of_switches(mna, undecided_switches(system)) or DcUniqueness(found.verdict)
     names = [mna.pair_elements[k] for k in found.pairs]
-    names += [name for k in found.functions for name in function_elements(mna, k)]
+    names += [name for k in found.functions for name in mna.function_elements(k)]
     if not found.functions and not found.verdict.decided:
         # pairs alone are monotone: gain comes from controlled sources
         gain = [d.name for d in mna.devices if d.letter in _GAIN]
@@ -93,25 +91,5 @@ def _of_switches(mna: MnaSystem, open_: Mapping[int, str]) -> DcUniqueness | Non
     return DcUniqueness(Verdict.undecided(CLAIM, reason), _unique(names))
 
 
-def function_elements(mna: MnaSystem, function: int) -> list[str]:
-    """Return the elements whose law a smooth function is, else those around it."""
-    named = [key.split("#")[0] for key, k in mna.layout.functions.items() if k == function]
-    if named or mna.system.smooth is None:
-        return named
-    F = mna.system.smooth.F
-    rows = F.indices[F.columns == function]
-    elements = [mna.row_elements[int(r)] for r in rows]
-    if any(elements):
-        return [e for e in elements if e is not None]
-    nodes = {mna.row_nodes[int(r)] for r in rows}
-    return [d.name for d in mna.devices if d.smooth and nodes & set(d.ends)]
-
-
 def _unique(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
-
-
-def largest_sources(mna: MnaSystem) -> float:
-    """Return the largest value that a source of the island has at t = 0, 1 if there is none."""
-    sizes = [abs(w.values[0] * w.scale) for w in mna.system.waveforms if w.values]
-    return float(np.max(sizes, initial=0.0)) or 1.0

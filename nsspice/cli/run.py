@@ -164,8 +164,7 @@ def command(
     netlist, report = _sort_out(netlist, report, _PAGES)
     if netlist is None:
         raise click.UsageError("name a netlist: nsspice run FILE")
-    from ..analyses.request.controller import checked_controllers
-    from ..analyses.request.request import Request
+    from ..analyses.request.request import Request, named_controllers
     from .controllers import read_controllers
 
     request = Request(
@@ -189,7 +188,7 @@ def command(
             message = "--archive cannot judge later what --controller has set"
             raise UsageError(Diagnostic("NS4005", message, hint="leave one of them out"))
         target = output if archive is None else _table_in(archive, netlist, output)
-        told = checked_controllers(circuit, read_controllers(controllers, is_confined()))
+        told = named_controllers(circuit, read_controllers(controllers, is_confined()))
         asked = replace(request, controllers=told)
         run = _Run(netlist, circuit, asked, target, plot, as_json, quiet, force)
         run.archive = archive

@@ -247,6 +247,17 @@ class Measure(NamedTuple):
         asked = [self.expression, *(e for c in self.conditions for e in (c.signal, c.other))]
         return [e for e in asked if e is not None]
 
+    @property
+    def is_spectral(self) -> bool:
+        """Whether it is a distortion or the amplitude of a harmonic."""
+        return self.operation == "thd" or self.operation.startswith("harm")
+
+    @property
+    def is_hot(self) -> bool:
+        """Whether it is one of ``psw(x)`` or ``tj(x)``."""
+        text = "" if self.expression is None else self.expression.text.lower()
+        return text.startswith(("psw(", "tj("))
+
 
 class AcCard(NamedTuple):
     """``.ac dec|oct|lin n from to``, ``.ac list f ...``: frequencies [Hz].

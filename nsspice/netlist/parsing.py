@@ -22,7 +22,6 @@ from .expansion.parts import Parts
 from .expansion.scope import Scope
 from .expressions import expression_parser
 from .findings import Findings, Unreadable
-from .script.plan import computes, plan
 from .text import statement
 from .text.files import FileReader
 from .text.lines import logical_lines, physical_lines
@@ -258,9 +257,14 @@ def _parse(
     deck.initial.update(expander.initial)
     deck.sampled, deck.delays = expander.sampled, expander.delays
     deck.elements, deck.included = expander.elements, files.included
-    cards.read(computes(files.scripts))
     deck.seed = seed
-    plan(deck, cards, files.scripts, findings, seed)
+    if files.scripts:
+        from .script.plan import computes, plan
+
+        cards.read(computes(files.scripts))
+        plan(deck, cards, files.scripts, findings, seed)
+    else:
+        cards.read()
     draw_waveforms(deck, findings)
     _check_given(deck, scope, findings)
     _check_temperature(deck, scope, findings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -15,8 +16,6 @@ from ..errors import Diagnostic, UsageError
 from .atomic_write import whole
 from .csv import write_csv
 from .files import output_error
-from .raw import write_raw
-from .touchstone import SUFFIX, write_touchstone
 
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Solution
@@ -71,7 +70,11 @@ _FORMATS: dict[str, tuple[_Writer, str]] = {
 
 def is_whole(suffix: str) -> bool:
     """Return whether a table is written when it is complete; CSV is while it is computed."""
-    return suffix == ".raw" or suffix in _FORMATS or bool(SUFFIX.fullmatch(suffix))
+    return suffix == ".raw" or suffix in _FORMATS or _is_touchstone(suffix)
+
+
+def _is_touchstone(suffix: str) -> bool:
+    return re.fullmatch(r"\.s\d+p", suffix) is not None
 
 
 def check_export(path: Path) -> None:
@@ -120,8 +123,12 @@ def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = N
     if suffix == ".csv":
         write_csv(solution, path, columns)
     elif suffix == ".raw":
+        from .raw import write_raw
+
         write_raw(solution, path, columns)
-    elif SUFFIX.fullmatch(suffix):
+    elif _is_touchstone(suffix):
+        from .touchstone import write_touchstone
+
         _export(write_touchstone, solution, path, columns)
     elif suffix in _FORMATS:
         _export(_FORMATS[suffix][0], solution, path, columns)

@@ -13,24 +13,9 @@ from .si import number, prefix
 if TYPE_CHECKING:
     from ..analyses.results.spectrum import Spectrum
 
-#: closed forms know a line to some 1e-13 of the signal: what is smaller is rounding
-ROUNDING = 1e-12
 #: part of the largest line below which lines are not drawn
 _LEAST = 1e-5
 _DEPTH = 1e-2  # of the axis below the largest line, at least
-
-
-def is_line(spectrum: Spectrum, amplitude: float) -> bool:
-    """Return whether an amplitude is more than rounding next to the signal.
-
-    Examples
-    --------
-    >>> from nsspice.analyses.results.spectrum import Spectrum
-    >>> square = Spectrum("v(a)", 1e3, (0j, 0.6 + 0j), 1.0, 0.0)
-    >>> is_line(square, 0.2), is_line(square, 4e-16)
-    (True, False)
-    """
-    return amplitude > ROUNDING * spectrum.rms
 
 
 def draw_spectrum(panel: Any, spectrum: Spectrum) -> None:
@@ -39,7 +24,7 @@ def draw_spectrum(panel: Any, spectrum: Spectrum) -> None:
     orders = np.arange(1, amplitudes.size + 1)
     top = float(amplitudes.max(initial=0.0))
     seen = amplitudes >= max(_LEAST * top, np.finfo(float).tiny)
-    seen &= np.array([is_line(spectrum, a) for a in amplitudes], dtype=bool)
+    seen &= np.array([spectrum.has_line(a) for a in amplitudes], dtype=bool)
     factor, letter = prefix(spectrum.frequency * max(1, orders.size))
     symbol = unit(spectrum.signal)
     decades(panel.yaxis, symbol or "V")
@@ -57,6 +42,6 @@ def draw_spectrum(panel: Any, spectrum: Spectrum) -> None:
     panel.set_axisbelow(True)
     panel.spines[["top", "right"]].set_visible(False)
     first = float(spectrum.coefficients[0].real)
-    mean = number(first if is_line(spectrum, abs(first)) else 0.0, symbol, 4)
+    mean = number(first if spectrum.has_line(abs(first)) else 0.0, symbol, 4)
     thd = "" if np.isnan(spectrum.distortion) else f", THD {100 * spectrum.distortion:.3g} %"
     panel.set_title(f"harmonics of {spectrum.signal}: mean {mean}{thd}", fontsize="small")

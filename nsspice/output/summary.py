@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from ..analyses.certificate.certificate import MISSED
 from ..analyses.signals.signal_names import unit
 from .si import number
-from .spectrum_plot import is_line
 
 if TYPE_CHECKING:
     from ..analyses.certificate.certificate import Certificate
@@ -183,13 +182,13 @@ def _spectrum(spectrum: Spectrum) -> list[str]:
     symbol = unit(spectrum.signal)
     thd = "" if math.isnan(spectrum.distortion) else f", THD {100 * spectrum.distortion:.6g} %"
     mean, *others = spectrum.coefficients
-    known = mean.real if is_line(spectrum, abs(mean)) else 0.0
+    known = mean.real if spectrum.has_line(abs(mean)) else 0.0
     lines = [
         f"  {spectrum.signal} at {number(spectrum.frequency, 'Hz', 9)}: mean "
         f"{number(known, symbol, 9)}, rms {number(spectrum.rms, symbol, 9)}{thd}"
     ]
     amplitudes = {k: 2.0 * abs(c) for k, c in enumerate(others, 1)}
-    seen = [k for k, size in amplitudes.items() if is_line(spectrum, size)]
+    seen = [k for k, size in amplitudes.items() if spectrum.has_line(size)]
     for k in sorted(seen, key=lambda k: -amplitudes[k])[:_LINES]:
         phase = f"{math.degrees(cmath.phase(others[k - 1])):.4g}°"
         lines.append(f"    {k:>3} {number(amplitudes[k], symbol, 9):>16} {phase:>9}")

@@ -10,7 +10,6 @@ import numpy as np
 from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional, SmoothTerms
-from .certificate import infeasibility
 from .compiled import compiled, core_matrix
 from .stepper import Jump, Stepper, UnsolvedStep, restless
 
@@ -162,6 +161,8 @@ class ImplicitStepper(Stepper):
         A, B, rhs = system.A, system.B, failure["rhs"]
         if system.smooth is not None:
             matrix, A, B, rhs = freed(matrix, A, B, rhs, system.smooth)
+        from .certificate import infeasibility
+
         certificate = infeasibility(matrix, A, B, system.D, rhs, system.q, failure["roles"])
         if certificate is None and failure["suspect"]:
             return None

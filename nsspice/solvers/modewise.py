@@ -30,7 +30,6 @@ from .. import _core
 from ..problems.csc import Csc, Floats, weighted_sum
 from ..problems.descriptor import DescriptorSystem, Functional, Handed
 from ..problems.elements import Elements
-from .certificate import infeasibility
 from .compiled import compiled
 from .moreau import MoreauStepper
 from .stepper import Jump, Stepper, UnsolvedStep, restless
@@ -280,6 +279,8 @@ class ModewiseStepper(Stepper):
             return restless(failure)
         system = self._solved
         matrix = weighted_sum([(system.E, 1.0 / failure["length"]), (system.G, 1.0)])
+        from .certificate import infeasibility
+
         certificate = infeasibility(
             matrix, system.A, system.B, system.D, failure["rhs"], system.q, failure["roles"]
         )

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,9 @@ import numpy.typing as npt
 from .. import _core
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
-from .certificate import Certificate
+
+if TYPE_CHECKING:
+    from .certificate import Certificate
 
 
 class UnsolvedStep(Exception):

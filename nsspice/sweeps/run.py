@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..analyses.request.controller import Controller, checked_controllers
+from ..analyses.request.controller import Controller
 from ..analyses.request.load import read
 from ..analyses.request.notebook_progress import Progress, shown_in_notebook
+from ..analyses.request.request import named_controllers
 from ..analyses.request.targets import nominal, target_of
 from ..analyses.signals.signal_names import unit
 from ..circuit import Circuit
@@ -144,7 +145,7 @@ def sweep(
         accuracy,
         power or bool(loads),
         tuple(name.lower() for name in loads),
-        checked_controllers(circuit, controllers),
+        named_controllers(circuit, controllers),
     )
     if workers is not None and workers < 1:
         message = f"{workers} workers cannot run anything"

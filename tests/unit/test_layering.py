@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -188,6 +190,21 @@ def test_slow_libraries_are_imported_late() -> None:
                 names = [node.module or ""]
             early += [f"{path.name}: {n}" for n in names if n.split(".")[0] in LATE]
     assert not early
+
+
+def test_a_small_run_imports_only_what_it_uses() -> None:
+    """An RC circuit needs no orbits, diodes, expressions, proofs or programs."""
+    code = (
+        "import sys, nsspice\n"
+        "nsspice.run('RC\\nV1 a 0 1\\nR1 a b 1k\\nC1 b 0 1u\\n.tran 1u 1m\\n')\n"
+        "print(*(m for m in sys.modules if m.startswith('nsspice.')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    rooms = ("analyses.steady.", "analyses.gradients.", "analyses.bounds.", "devices.diodes.")
+    rooms += ("devices.expressions.", "problems.theorems.", "netlist.script.", "compare.")
+    assert not {m for m in loaded if m.startswith(tuple(f"nsspice.{room}" for room in rooms))}
+    assert len(loaded) < 210  # 191 of 560; each takes about a millisecond
 
 
 def test_modules_of_the_core_import_one_way() -> None:

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...circuit.regularity import largest_sources
 from ...errors import (
     Diagnostic,
     InfeasibleError,
@@ -317,7 +316,7 @@ def _runaway(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
     """
     if problem.point is None:
         return None
-    most = _AWAY * largest_sources(mna)
+    most = _AWAY * mna.largest_source
     volts = {
         row: volt
         for row, node in enumerate(mna.row_nodes)

@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
-from ...problems.isolation import null_space, rays
-from ...problems.regularity import index_sets
 
 _ROWS = 200  #: unknowns and pairs up to which loops are sought
 _MODES = 64  #: sets of elements without a voltage that are looked at
@@ -46,6 +44,8 @@ class FreeCurrents:
         self._known: dict[bytes, bool] = {}
         self._around = np.zeros((0, 0))
         if system.m > 0 and system.n + system.m <= _ROWS:
+            from ...problems.isolation import null_space
+
             laws = np.vstack([system.A.dense(), system.D.dense()])
             if null_space(laws).shape[1]:
                 self._around = laws
@@ -54,6 +54,8 @@ class FreeCurrents:
         """Count those of some points, shapes (k, n), (k, m), at which a current is free."""
         if not self._around.size or not len(z):
             return
+        from ...problems.regularity import index_sets
+
         on, off = index_sets(self.system, z, lam, roles)
         if roles is not None:
             on, off = on | (roles == 1), off | (roles == 2)
@@ -70,6 +72,8 @@ class FreeCurrents:
 
         Those of diodes that have none may only grow.
         """
+        from ...problems.isolation import null_space, rays
+
         closed = np.flatnonzero(~off)
         basis = null_space(self._around[:, closed])
         if basis.shape[1] == 0:

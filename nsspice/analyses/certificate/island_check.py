@@ -26,6 +26,7 @@ from .uniqueness import Watcher
 
 if TYPE_CHECKING:
     from .expression_check import ExpressionCheck
+    from .regularity import Judge
 
 #: Numbers recorded at most if every step is: a few milliseconds of checking.
 _ALL = 40_000
@@ -50,6 +51,15 @@ def sampling(steps: float, size: int) -> tuple[int, int]:
     ((1, 1), (128, 1))
     """
     return (1 if steps * size <= _ALL else _EVERY), _WINDOW
+
+
+def judge_of_points(mna: MnaSystem, system: DescriptorSystem) -> Judge | None:
+    """Return what judges whether points without storage are unique: linear ones always are."""
+    if system.m == 0 and system.smooth is None:
+        return None
+    from .regularity import Judge
+
+    return Judge(mna, system)
 
 
 class Examiner:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...devices.diodes.broken_junction import BEYOND
 from ...errors import Diagnostic
 from ..signals.events import Event, Events
 
@@ -17,8 +16,10 @@ def left_lines(events: Sequence[Event]) -> Diagnostic | None:
     events : sequence of Event
         Of a run.
     """
-    if not isinstance(events, Events):
+    if not isinstance(events, Events) or not events.numbers.size:
         return None
+    from ...devices.diodes.broken_junction import BEYOND
+
     ends = {k for k, name in enumerate(events.names) if name.endswith(f".{BEYOND}")}
     found = [k for k, number in enumerate(events.numbers) if int(number) in ends]
     if not found:

@@ -17,11 +17,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from ...devices.device import Device
-from ...devices.diodes.diode import Diode
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.controlled import Vccs
 from ...devices.stamper import Conditions
-from ...devices.switches.latching_thyristor import LatchingThyristor
 from ...devices.switches.switch import CurrentSwitch, VoltageSwitch
 from ..signals.curve import Floats
 
@@ -93,6 +91,10 @@ def _ideal(device: Device) -> bool:
     """Return whether an element conducts without a resistance."""
     if isinstance(device, VoltageSwitch | CurrentSwitch):
         return not device.law.ron
+    if device.letter != "d":
+        return False
+    from ...devices.diodes.diode import Diode
+
     return isinstance(device, Diode) and not device.law.ron
 
 
@@ -102,10 +104,14 @@ def _resistances(device: Device, conditions: Conditions) -> Iterator[float]:
         yield abs(device.at(conditions)) / device.m
     elif isinstance(device, VoltageSwitch | CurrentSwitch):
         yield from (device.law.ron / device.m, device.law.roff / device.m)
-    elif isinstance(device, Diode):
-        law, parallel = device.law, device.leg.parallel
-        yield from (r / parallel for r in (law.ron, law.roff, law.rrev) if r is not None)
-    elif isinstance(device, LatchingThyristor):
-        yield device.card.get("ron", 0.0) / device.parallel
     elif isinstance(device, Vccs) and device.gain:
         yield 1.0 / abs(device.gain)
+    elif device.letter == "d":
+        from ...devices.diodes.diode import Diode
+        from ...devices.switches.latching_thyristor import LatchingThyristor
+
+        if isinstance(device, Diode):
+            law, parallel = device.law, device.leg.parallel
+            yield from (r / parallel for r in (law.ron, law.roff, law.rrev) if r is not None)
+        elif isinstance(device, LatchingThyristor):
+            yield device.card.get("ron", 0.0) / device.parallel

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...circuit import MnaSystem
-from ...circuit.regularity import dc_uniqueness, function_elements, largest_sources
+from ...circuit.regularity import dc_uniqueness
 from ...errors import Diagnostic
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
@@ -122,11 +122,6 @@ class Judge:
     )
     _verdict: SolutionVerdict | None = None
 
-    @staticmethod
-    def wanted(system: DescriptorSystem) -> bool:
-        """Return whether there is something to judge: a linear system speaks for itself."""
-        return system.m > 0 or system.smooth is not None
-
     def take(self, records: Recorded) -> None:
         """Keep some of the recorded points."""
         left = _POINTS - self._points
@@ -178,7 +173,7 @@ class Judge:
         sides = [limits(tape, z[k], u[k], 0.0, self._near(z[k])) for k in range(len(z))]
         for side in sides:
             if side.jumps or not side.complete:
-                names = [name for k in side.jumps for name in function_elements(self.mna, k)]
+                names = [name for k in side.jumps for name in self.mna.function_elements(k)]
                 text = f"a law jumps at the solution ({', '.join(names)})"
                 if not side.complete:
                     text = "too many kinks meet at the solution"
@@ -301,7 +296,7 @@ class Judge:
         u = self._kept[0][1][:1]
         slopes = function_slopes(self.system.smooth.tape, z[None], u, np.zeros(1))[0]
         functions = np.flatnonzero(~np.all(np.abs(slopes) < _STEEP, axis=1))
-        names = [name for k in functions for name in function_elements(self.mna, int(k))]
+        names = [name for k in functions for name in self.mna.function_elements(int(k))]
         return tuple(dict.fromkeys(names)) or ("a law",) * bool(functions.size)
 
     def _node(self, row: int) -> str:
@@ -337,7 +332,7 @@ class Judge:
             others, told = [], False
         others += [
             point
-            for point in _search(system, z, lam, largest_sources(self.mna))
+            for point in _search(system, z, lam, self.mna.largest_source)
             if not any(_same(point, other, system) for other in others)
         ]
         others = [point for point in others if not self._upright(point)]

@@ -19,7 +19,6 @@ import numpy.typing as npt
 
 from ...problems.csc import Csc, weighted_sum
 from ...problems.descriptor import DescriptorSystem
-from ...problems.one_solution import may_have_several
 from ...problems.passivity import MOST_ROWS
 from ...solvers.moreau import Recorded
 
@@ -80,6 +79,8 @@ class Watcher:
         """Return what was found."""
         if not self._small:
             return Activity(several=self.system.m > 0)
+        from ...problems.one_solution import may_have_several
+
         return Activity(may_have_several(self.system, self._K), self._growth())
 
     def _growth(self) -> float:

@@ -18,13 +18,11 @@ import numpy as np
 from ... import _core
 from ...circuit import Circuit
 from ...devices.device import Device
-from ...devices.diodes.diode import Diode
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.controlled import Cccs, Ccvs, Vccs, Vcvs
 from ...devices.sources.isource import CurrentSource
 from ...devices.sources.vsource import VoltageSource
 from ...devices.stamper import Conditions
-from ...devices.switches.latching_thyristor import LatchingThyristor
 from ...devices.switches.switch import CurrentSwitch, VoltageSwitch
 from ..request.cards import Tran
 from ..signals.curve import Floats
@@ -276,6 +274,21 @@ def _lines(device: Device) -> Iterator[_Line]:
 
     A form is ``v * volts + i * amperes - constant``, and whether it is a current.
     """
+    if isinstance(device, VoltageSwitch | CurrentSwitch):
+        for ohms in (device.law.ron / device.m, device.law.roff / device.m):
+            if ohms <= 1.0:
+                yield ([1.0, -ohms, 0.0], False), []
+            else:
+                yield ([-1.0 / ohms, 1.0, 0.0], True), []
+    elif device.letter == "d":
+        yield from _diode_lines(device)
+
+
+def _diode_lines(device: Device) -> Iterator[_Line]:
+    """Return the lines of a diode or a latching thyristor."""
+    from ...devices.diodes.diode import Diode
+    from ...devices.switches.latching_thyristor import LatchingThyristor
+
     if isinstance(device, Diode) and device.leg.drop is None:
         curve = device.law.curve(device.leg.parallel)
         slopes = [math.inf if dv == 0.0 else di / dv for di, dv in curve.directions]
@@ -296,12 +309,6 @@ def _lines(device: Device) -> Iterator[_Line]:
                 law = ([1.0, -r, v0 - r * i0], False)
                 bounds = [([0.0, s, s * i], True) for (i, _), s in ends]
             yield law, bounds
-    elif isinstance(device, VoltageSwitch | CurrentSwitch):
-        for ohms in (device.law.ron / device.m, device.law.roff / device.m):
-            if ohms <= 1.0:
-                yield ([1.0, -ohms, 0.0], False), []
-            else:
-                yield ([-1.0 / ohms, 1.0, 0.0], True), []
     elif isinstance(device, LatchingThyristor) and "vrev" not in device.card:
         ohms, drop = device.card.get("ron", 0.0) / device.parallel, device.card.get("vh", 0.0)
         yield ([1.0, -ohms, drop], False), [([0.0, 1.0, 0.0], True)]

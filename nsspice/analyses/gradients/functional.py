@@ -142,7 +142,7 @@ class Linearised:
             return top.add(-1.0, bottom)
         if operation in ("avg", "integ", "rms"):
             return self._integral(card, expression, low, high)
-        if operation == "thd" or operation.startswith("harm"):
+        if card.is_spectral:
             return self._spectral(card, expression, low, high)
         raise _none(card, f"{operation} is not differentiated")
 

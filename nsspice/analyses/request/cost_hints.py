@@ -14,8 +14,6 @@ from typing import NamedTuple
 
 from ...circuit import Circuit, Island, MnaSystem
 from ...devices.device import Device
-from ...devices.expressions.behavioural import Reading
-from ...devices.expressions.piecewise import obstacle
 from ...devices.signals import shown
 from ...netlist.deck import TranCard
 from ...netlist.expressions.expression import Expression
@@ -186,6 +184,8 @@ def _causes(smooth: Sequence[Device]) -> tuple[str, tuple[str, ...]]:
 
 def _cause(device: Device) -> tuple[str, str]:
     """Return what makes an element smooth, and what to write instead."""
+    from ...devices.expressions.behavioural import Reading
+
     if isinstance(device, Reading):
         node = _obstacle(device.expression)
         text = shown(Expression(node), 40)[1:-1]
@@ -198,6 +198,8 @@ def _cause(device: Device) -> tuple[str, str]:
 
 @lru_cache(maxsize=1024)  # each run asks for the same expressions
 def _obstacle(expression: Expression) -> Node:
+    from ...devices.expressions.piecewise import obstacle
+
     return obstacle(expression.node)
 
 

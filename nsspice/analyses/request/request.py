@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
+from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck
-from .controller import Controller, checked_controllers
 from .notebook_progress import Progress
 from .recorder import select
 from .row_sinks import Sink
@@ -16,6 +16,7 @@ from .settings import Settings
 
 if TYPE_CHECKING:
     from ...solvers.orbit import State
+    from .controller import Controller
 
 
 @dataclass(slots=True)
@@ -23,6 +24,17 @@ class Neighbour:
     """The orbits of a run before, from which the next one of a sweep begins."""
 
     states: dict[int, State] = field(default_factory=dict)
+
+
+def named_controllers(
+    circuit: Circuit, controllers: Sequence[Controller]
+) -> tuple[Controller, ...]:
+    """Return controllers with canonical names; most runs have none and need nothing of them."""
+    if not controllers:
+        return ()
+    from .controller import checked_controllers
+
+    return checked_controllers(circuit, controllers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +98,24 @@ class Request:
 
     def all_controllers(self, circuit: Circuit) -> tuple[Controller, ...]:
         """Return the controllers of the caller and those that the deck has."""
-        from .sampled import controllers_of
-
         if not (self.controllers or circuit.deck.sampled):
             return ()
-        return checked_controllers(circuit, [*self.controllers, *controllers_of(circuit.deck)])
+        from .sampled import controllers_of
+
+        return named_controllers(circuit, [*self.controllers, *controllers_of(circuit.deck)])
+
+    def refuse_controllers(self) -> None:
+        """Refuse an analysis that knows no controllers.
+
+        Raises
+        ------
+        UsageError
+            NS4024
+        """
+        if self.controllers:
+            message = "controllers work in .tran and .pss"
+            hint = "run the other analyses without them"
+            raise UsageError(Diagnostic("NS4024", message, hint=hint))
 
     def names(self, circuit: Circuit) -> tuple[list[str], list[str]]:
         """Return the signals to show, and all that are recorded, these first."""

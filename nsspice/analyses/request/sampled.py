@@ -5,7 +5,6 @@ from __future__ import annotations
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck, Sampled
 from .controller import Controller
-from .request import Request
 
 
 class Recursion:
@@ -49,19 +48,6 @@ def controllers_of(deck: Deck) -> list[Controller]:
         Controller(f.period, [f.signal], [f.source], Recursion(f), f.delay, f.offset)
         for f in deck.sampled
     ]
-
-
-def refuse_controllers(request: Request) -> None:
-    """Refuse an analysis that knows no controllers.
-
-    Raises
-    ------
-    UsageError
-        NS4024
-    """
-    if request.controllers:
-        message = "controllers work in .tran and .pss"
-        raise UsageError(Diagnostic("NS4024", message, hint="run the other analyses without them"))
 
 
 def refuse_delays(deck: Deck, what: str) -> None:

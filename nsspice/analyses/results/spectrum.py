@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: closed forms know a line to some 1e-13 of the signal: what is smaller is rounding
+ROUNDING = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class Spectrum:
@@ -34,6 +37,17 @@ class Spectrum:
         """Mean, then amplitudes of the harmonics [V or A]."""
         first, *others = self.coefficients
         return (first.real, *(2.0 * abs(c) for c in others))
+
+    def has_line(self, amplitude: float) -> bool:
+        """Return whether an amplitude is more than rounding next to the signal.
+
+        Examples
+        --------
+        >>> square = Spectrum("v(a)", 1e3, (0j, 0.6 + 0j), 1.0, 0.0)
+        >>> square.has_line(0.2), square.has_line(4e-16)
+        (True, False)
+        """
+        return amplitude > ROUNDING * self.rms
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""

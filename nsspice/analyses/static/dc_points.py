@@ -17,8 +17,8 @@ from ...solvers.stepper import UnsolvedStep
 from ..certificate.certificate import Certificate
 from ..certificate.failure import named_failure
 from ..certificate.followed_path import of_linearised
-from ..certificate.island_check import Examiner, sampling
-from ..certificate.regularity import Judge, SolutionVerdict
+from ..certificate.island_check import Examiner, judge_of_points, sampling
+from ..certificate.regularity import SolutionVerdict
 from ..request.path_following import PATH_METHODS, Following
 from ..request.request import Request
 from ..signals.curve import Floats
@@ -94,7 +94,7 @@ class PointsOfIsland:
                 self.totals.method = self.following.apply(stepper, self.island, system)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
             examiner = Examiner(mna, system=system, frozen=0.0)
-            judge = Judge(mna, system) if first == 0 and Judge.wanted(system) else None
+            judge = judge_of_points(mna, system) if first == 0 else None
             size = 2 * system.n + system.m + 2 * len(system.waveforms)
             stepper.watch(*sampling(last - first, size))
             try:

@@ -9,8 +9,6 @@ from functools import partial
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...devices.expressions.block_input import BlockInput
-from ...devices.expressions.expression_nodes import complete
 from ...devices.passive.inductor import Inductor
 from ...devices.sources.waveform import initial_value
 from ...errors import Span
@@ -21,7 +19,6 @@ from ..request.cards import Tran
 from ..request.pinned import hold
 from ..signals.curve import Floats
 from .dc_start import start_dc, without_storage
-from .stable_branch import at_rest
 
 
 def start(
@@ -53,7 +50,7 @@ def start(
     near = None
     if step is not None and analysis.uic:
         charges, energy = mna.initial_state(held)
-        near = at_rest(mna, charges, step)
+        near = _at_rest(mna, charges, step)
     elif step is not None and held:
         wanted = {**_voltages(circuit.deck.nodesets, mna), **held}
         stepper.dc_point = _held_point(mna, held, wanted)
@@ -61,12 +58,23 @@ def start(
     else:
         guess = guess_of(circuit, mna, held)
         if guess is None:
-            guess = at_rest(mna, None, step)
+            guess = _at_rest(mna, None, step)
         point = start_dc(stepper, partial(without_storage, mna.system), guess)
         stepper.leave_dc()
         return _stored(mna.system, point) if step is not None and stepper.jumps else None
     stepper.start_charges(0.0, charges, step, near)
     return charges, energy
+
+
+def _at_rest(
+    mna: MnaSystem, charges: Floats | None, step: float | None
+) -> tuple[Floats, Floats] | None:
+    """Return a first point near which the limiters of an island rest, None without any."""
+    if not mna.layout.inner:
+        return None
+    from .stable_branch import at_rest
+
+    return at_rest(mna, charges, step)
 
 
 def initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
@@ -101,7 +109,10 @@ def _point_near(
     for node, index in layout.nodes.items():
         if index >= 0:
             z[index] = near.get(node, 0.0) - near.get(layout.before(node), 0.0)
-    complete(mna.layout, z)
+    if layout.inner:
+        from ...devices.expressions.expression_nodes import complete
+
+        complete(layout, z)
     return z, _conducting(system, z)
 
 
@@ -137,8 +148,12 @@ def given_voltages(
     cards: Mapping[str, object], mna: MnaSystem
 ) -> dict[str, tuple[float, Span | None]]:
     """Return the voltages [V] given for nodes of this island, and where they are given."""
-    found = {}
+    found: dict[str, tuple[float, Span | None]] = {}
+    if not cards:
+        return found
     # what another block hands on is given there
+    from ...devices.expressions.block_input import BlockInput
+
     others = {device.ends[0] for device in mna.devices if isinstance(device, BlockInput)}
     for node, param in cards.items():
         value = getattr(param, "value", param)

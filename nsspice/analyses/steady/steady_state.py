@@ -6,6 +6,7 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ...circuit import Circuit, Island, MnaSystem
 from ...errors import Diagnostic, Span, UsageError
@@ -28,12 +29,11 @@ from ...solvers.stepper import UnsolvedStep
 from ..certificate.failure import named_failure
 from ..request.arguments import finite, instant_of
 from ..request.cards import Tran
-from ..request.controller import Controller, checked_controllers
 from ..request.load import need_circuit
 from ..request.measured_signals import Watched
 from ..request.period import common, is_multiple
 from ..request.periodic_sources import common_period, continued, period_of
-from ..request.request import Neighbour, Request
+from ..request.request import Neighbour, Request, named_controllers
 from ..request.restart_state import Beginning, with_waveforms
 from ..request.sampled import refuse_delays, refuse_sampled
 from ..request.settings import Settings
@@ -44,6 +44,9 @@ from ..solution.solution import Solution
 from ..transient.integrals import Course, Integrals
 from ..transient.transient import run_tran
 from .steady_failure import no_closed_form, no_derivative, no_orbit, no_period, stored_names
+
+if TYPE_CHECKING:
+    from ..request.controller import Controller
 
 _MULTIPLIERS = 64  # kept in a report
 
@@ -198,7 +201,7 @@ def pss(
         all_points=all_points,
         temperature=temperature,
         values=checked_values(circuit, values),
-        controllers=checked_controllers(circuit, controllers),
+        controllers=named_controllers(circuit, controllers),
     )
     solution = run_pss(circuit, analysis, request)
     judge([solution], on_failure)

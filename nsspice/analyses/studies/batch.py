@@ -10,47 +10,39 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...circuit import Circuit, build
 from ...circuit.blocks import Blocks
 from ...errors import Diagnostic, NsspiceError, NumericalError, UsageError
+from ...lazy import resolve
 from ...netlist.alteration import altered
 from ...netlist.deck import (
     Alteration,
     Analysis,
     Deck,
+    Measure,
     PssCard,
     Run,
     Sweep,
     TranCard,
     kind_of,
 )
-from ..request.cards import Dc, Tran
-from ..request.controller import Controller, checked_controllers
+from ..request.cards import Tran
 from ..request.load import need_circuit, read, read_again
 from ..request.measured_signals import Watched, measured_signals
 from ..request.notebook_progress import Progress, shown_in_notebook
-from ..request.request import Request
+from ..request.request import Request, named_controllers
 from ..request.row_sinks import Sink
-from ..request.sampled import refuse_controllers
 from ..request.settings import foreign_method
 from ..solution.recording import named
 from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import Solution
-from ..static.statics import SolvedAgain, check_sweep, run_dc, run_op
-from ..steady.loop_gain import Loop, run_loop
-from ..steady.noise import Noise, run_noise
-from ..steady.poles import Pz, run_pz
-from ..steady.scattering import Sp, run_sp
-from ..steady.sensitivity import add_sensitivities
-from ..steady.small_signal import Ac, run_ac
-from ..steady.steady_state import Pss, find_orbits, run_pss
-from ..steady.transfer import Tf, run_tf
-from ..transient.blocks import split
-from ..transient.measure import evaluate_measures
-from ..transient.spectrum import add_powers, add_spectra, is_hot
-from ..transient.transient import Rerun, run_tran
+from ..transient.transient import run_tran
+
+if TYPE_CHECKING:
+    from ..request.controller import Controller
+    from ..steady.steady_state import Pss
 
 #: runs of one analysis over all .step cards; each has a table of its own
 MAX_RUNS = 100_000
@@ -229,7 +221,7 @@ def run(
         reltol=reltol,
         everything=everything,
         accuracy=accuracy,
-        controllers=checked_controllers(circuit, controllers),
+        controllers=named_controllers(circuit, controllers),
     )
     jobs = jobs_of(circuit.deck)
     execute: Callable[..., Solution] = run_job
@@ -310,8 +302,11 @@ def of_job(circuit: Circuit, job: Job, request: Request) -> tuple[Circuit, Job, 
     """
     deck = circuit.deck
     parameters = {s.name: v for s, v in job.steps if s.kind == "param"}
-    for sweep, _ in job.steps:
-        check_sweep(circuit, sweep)
+    if job.steps:
+        from ..static.statics import check_sweep
+
+        for sweep, _ in job.steps:
+            check_sweep(circuit, sweep)
     if job.alterations:
         circuit, job = altered_circuit(circuit, job, parameters)
     elif parameters:
@@ -334,7 +329,7 @@ def _run_job(
     circuit, job, request = of_job(circuit, job, request)
     parameters = {s.name: v for s, v in job.steps if s.kind == "param" and not job.alterations}
     if request.controllers and job.kind not in ("tran", "pss", "op"):
-        refuse_controllers(request)
+        request.refuse_controllers()
     measures = [
         m
         for m in circuit.deck.measures
@@ -348,33 +343,59 @@ def _run_job(
         controllers=copy.deepcopy(request.controllers),
     )
     try:
-        solution = _RUN[job.kind](circuit, job.card, request)
+        solution = _runner(job.kind)(circuit, job.card, request)
     except NumericalError as error:
         if isinstance(error.partial, Solution):
             error.partial.parameters = job.values
         raise
     solution.parameters = job.values
     solution.warnings = [*warnings, *solution.warnings]
-    if parameters and isinstance(solution.again, Rerun):
-        solution.again = replace(solution.again, deck=deck, parameters=parameters)
-    if parameters and isinstance(solution.more, Rerun | SolvedAgain):
-        solution.more = replace(solution.more, deck=deck, parameters=parameters)
+    if parameters:
+        _repeat_with(solution, deck, parameters)
     if not solution.interrupted:
-        evaluate_measures(solution, measures)
-        if job.kind in ("tran", "pss"):
-            add_spectra(solution, circuit.deck.fours)
-            if request.power:
-                add_powers(circuit, solution, request.loads)
-        if job.kind in ("op", "pss") and solution.axis.size:
-            add_sensitivities(circuit, solution, request)
-        if any(not sens.signals for sens in circuit.deck.sensitivities):
-            from .measured_slopes import add_slopes
-
-            refuse_controllers(request)
-            add_slopes(circuit, solution, job, request)
+        _add_results(circuit, solution, job, request, measures)
     if job.values and not request.follow:
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
+
+
+def _repeat_with(solution: Solution, deck: Deck, parameters: Mapping[str, float]) -> None:
+    """Let a run be repeated with the values of its step."""
+    from ..static.statics import SolvedAgain
+    from ..transient.transient import Rerun
+
+    if isinstance(solution.again, Rerun):
+        solution.again = replace(solution.again, deck=deck, parameters=parameters)
+    if isinstance(solution.more, Rerun | SolvedAgain):
+        solution.more = replace(solution.more, deck=deck, parameters=parameters)
+
+
+def _add_results(
+    circuit: Circuit, solution: Solution, job: Job, request: Request, measures: Sequence[Measure]
+) -> None:
+    """Compute what other cards ask for: measures, spectra, powers, sensitivities."""
+    deck = circuit.deck
+    if measures:
+        from ..transient.measure import evaluate_measures
+
+        evaluate_measures(solution, measures)
+    if job.kind in ("tran", "pss") and (deck.fours or request.power):
+        from ..transient.spectrum import add_powers, add_spectra
+
+        add_spectra(solution, deck.fours)
+        if request.power:
+            add_powers(circuit, solution, request.loads)
+    if not deck.sensitivities:
+        return
+    if job.kind in ("op", "pss") and solution.axis.size:
+        from ..steady.sensitivity import add_sensitivities
+
+        add_sensitivities(circuit, solution, request)
+    if any(not sens.signals for sens in deck.sensitivities):
+        from .measured_slopes import add_slopes
+
+        request.refuse_controllers()
+        add_slopes(circuit, solution, job, request)
 
 
 def altered_circuit(
@@ -400,7 +421,9 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     beginnings = None
     controlled = bool(request.controllers or deck.sampled or deck.delays)
     if card.orbit:
-        refuse_controllers(request)
+        request.refuse_controllers()
+        from ..steady.steady_state import find_orbits
+
         _, orbits = find_orbits(circuit, _pss_of(circuit, card), request)
         beginnings = [None if o is None else o.beginning for o in orbits]
     wanted = replace(
@@ -411,6 +434,7 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     watched = Watched.of(circuit, analysis, named(request.follow))
     solution = run_tran(circuit, analysis, settings, wanted, watched=watched, beginnings=beginnings)
     if (request.power or _needs_integrals(deck)) and not controlled:
+        from ..transient.blocks import split
         from ..transient.integrable_run import integrals_of
 
         blocks = Blocks(circuit)
@@ -420,28 +444,40 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     return solution
 
 
-_RUN: dict[str, Callable[[Circuit, Any, Request], Solution]] = {
-    "op": lambda circuit, card, request: run_op(circuit, request),
-    "dc": lambda circuit, card, request: run_dc(circuit, Dc.from_card(card), request),
-    "tran": _tran,
-    "pss": lambda circuit, card, request: run_pss(circuit, Pss.from_card(card), request),
-    "ac": lambda circuit, card, request: run_ac(circuit, Ac.from_card(card), request),
-    "loop": lambda circuit, card, request: run_loop(circuit, Loop.from_card(card), request),
-    "noise": lambda circuit, card, request: run_noise(circuit, Noise.from_card(card), request),
-    "tf": lambda circuit, card, request: run_tf(circuit, Tf.from_card(card), request),
-    "pz": lambda circuit, card, request: run_pz(circuit, Pz.from_card(card), request),
-    "sp": lambda circuit, card, request: run_sp(circuit, Sp.from_card(card), request),
+#: where the other analyses are: what a card becomes, and what runs it
+_ANALYSES = {
+    "dc": ("request.cards:Dc", "static.statics:run_dc"),
+    "pss": ("steady.steady_state:Pss", "steady.steady_state:run_pss"),
+    "ac": ("steady.small_signal:Ac", "steady.small_signal:run_ac"),
+    "loop": ("steady.loop_gain:Loop", "steady.loop_gain:run_loop"),
+    "noise": ("steady.noise:Noise", "steady.noise:run_noise"),
+    "tf": ("steady.transfer:Tf", "steady.transfer:run_tf"),
+    "pz": ("steady.poles:Pz", "steady.poles:run_pz"),
+    "sp": ("steady.scattering:Sp", "steady.scattering:run_sp"),
 }
+
+
+def _runner(kind: str) -> Callable[[Circuit, Any, Request], Solution]:
+    """Return what runs a card; of the analyses only those are imported that a deck asks for."""
+    if kind == "tran":
+        return _tran
+    if kind == "op":
+        from ..static.statics import run_op
+
+        return lambda circuit, card, request: run_op(circuit, request)
+    card, run = (resolve(f".analyses.{place}") for place in _ANALYSES[kind])
+    return lambda circuit, given, request: run(circuit, card.from_card(given), request)
 
 
 def _needs_integrals(deck: Deck) -> bool:
     """Return whether a transient is asked for spectra, switching losses or temperatures."""
     measures = [m for m in deck.measures if m.analysis == "tran"]
-    spectral = any(m.operation == "thd" or m.operation.startswith("harm") for m in measures)
-    return bool(deck.fours) or spectral or any(map(is_hot, measures))
+    return bool(deck.fours) or any(m.is_spectral or m.is_hot for m in measures)
 
 
 def _pss_of(circuit: Circuit, card: TranCard) -> Pss:
     """Return the periodic steady state from which a transient begins."""
+    from ..steady.steady_state import Pss
+
     found = next((c for c in circuit.deck.analyses if isinstance(c, PssCard)), None)
     return Pss(span=card.span) if found is None else Pss.from_card(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,8 +24,7 @@ from ..certificate.first_state import FirstState
 from ..certificate.followed_path import of_linearised
 from ..certificate.hidden_motion import Between
 from ..certificate.impulses import jumps_of, shared_at_start
-from ..certificate.island_check import Examiner, sampling
-from ..certificate.regularity import Judge
+from ..certificate.island_check import Examiner, judge_of_points, sampling
 from ..request.cards import Tran
 from ..request.cost_hints import sentence
 from ..request.measured_signals import Watched
@@ -42,6 +42,9 @@ from ..static.initial import initial_voltages, start
 from .blocks import begin, driven_by
 from .outcomes import HighIndex, Stopped, jumps, refused
 from .unused_initial_values import unkept
+
+if TYPE_CHECKING:
+    from ..certificate.regularity import Judge
 
 _BEYOND = 1.1  # times the instant at which a path was lost: how far the points behind it are tried
 _FEW = 8  # implicit steps that are not worth a word
@@ -216,14 +219,13 @@ class IslandRunner:
         """Choose which steps are recorded for the certificate."""
         system, stepper = self.mna.system, self.stepper
         stepper.watch_closely()
+        self.judge = judge_of_points(self.mna, system) if self.step is None else None
         if isinstance(stepper, ModewiseStepper):
             # whether there are several solutions is a question of short steps here
             step = None if self.step is None else _SHORT * self.analysis.stop
             self.examiner = Examiner(self.mna, step=step, timed=True)
             stepper.watch(self.sides is not None)
             self.examiner.auditor.accompany(stepper)
-            static = self.step is None and Judge.wanted(system)
-            self.judge = Judge(self.mna, system) if static else None
             return
         distance = self.step or self.analysis.row_distance
         size = 2 * system.n + system.m + 2 * len(system.waveforms)
@@ -231,7 +233,6 @@ class IslandRunner:
         if self.method == "sdirk":
             every = _NEVER  # it chooses itself; jumps and single implicit steps are left
         self.examiner = Examiner(self.mna, stepper.H, stepper.Hs, step=self.step, timed=True)
-        self.judge = Judge(self.mna, system) if self.step is None and Judge.wanted(system) else None
         stepper.watch(every, window, self.sides is not None)
         self.examiner.auditor.accompany(stepper)
 

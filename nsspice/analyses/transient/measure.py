@@ -15,7 +15,7 @@ from ..signals import signal_statistics as statistics
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
 from ..solution.window_statistics import NotFound, bounds, statistic, trace_of, value_at
-from .spectrum import exact_statistic, hot_measure, is_hot, spectral_measure
+from .spectrum import exact_statistic, hot_measure, spectral_measure
 
 T = TypeVar("T")
 #: operations on all that a window holds
@@ -109,14 +109,14 @@ def measure(solution: Solution, card: Measure, earlier: Mapping[str, float]) -> 
     operation = card.operation
     if operation == "param":
         return _param(_need(card.expression, "expression"), earlier)
-    if is_hot(card):
+    if card.is_hot:
         try:
             return hot_measure(solution, card)
         except ValueError as why:
             raise NotFound(str(why)) from why
     if (exact := exact_statistic(solution, card)) is not None:
         return exact
-    if operation == "thd" or operation.startswith("harm"):
+    if card.is_spectral:
         try:
             return spectral_measure(solution, card)
         except ValueError as why:

@@ -177,11 +177,6 @@ def exact_statistic(solution: Solution, card: Measure) -> float | None:
         return None
 
 
-def is_hot(card: Measure) -> bool:
-    """Return whether a measure is one of ``psw(x)`` or ``tj(x)``."""
-    return card.expression is not None and card.expression.text.lower().startswith(("psw(", "tj("))
-
-
 def hot_measure(solution: Solution, card: Measure) -> float:
     """Return a statistic of the power of switchings or of a junction's temperature.
 

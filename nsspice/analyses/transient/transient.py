@@ -6,6 +6,7 @@ import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
@@ -19,13 +20,12 @@ from ..certificate.left_lines import left_lines
 from ..certificate.node_reach import NodeReach
 from ..certificate.written_rows import WrittenRows, conditions_of
 from ..request.cards import Tran
-from ..request.controller import Controller, checked_controllers
 from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
 from ..request.measured_signals import Watched
 from ..request.notebook_progress import Progress
 from ..request.recorder import Recorder
-from ..request.request import Request
+from ..request.request import Request, named_controllers
 from ..request.restart_state import Beginning
 from ..request.row_sinks import GrowingStore, Sink, Store
 from ..request.settings import Settings
@@ -38,13 +38,13 @@ from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
-from .controlled import advance_controlled, started
-from .delays import Delays
 from .handover_to_steps import Race
 from .island_runner import IslandRunner
-from .memory import Memory
 from .row_checks import copies_of, limits, unwatched, violations
-from .schedule import Schedule
+
+if TYPE_CHECKING:
+    from ..request.controller import Controller
+    from .memory import Memory
 
 
 def tran(
@@ -179,7 +179,7 @@ def tran(
         values=checked_values(circuit, values),
         progress=progress,
         sink=sink,
-        controllers=checked_controllers(circuit, controllers),
+        controllers=named_controllers(circuit, controllers),
     )
     settings, watched = request.settings(circuit.deck), Watched.of(circuit, analysis)
     solution = run_tran(circuit, analysis, settings, request, watched=watched)
@@ -225,13 +225,19 @@ def run_tran(
     analysis = analysis.bounded(settings.max_step)
     if controllers is None:
         controllers = request.all_controllers(circuit)
-    delays = Delays(circuit, settings.reltol) if circuit.deck.delays else None
-    if delays is not None:
+    delays = None
+    if circuit.deck.delays:
+        from .delays import Delays
+
+        delays = Delays(circuit, settings.reltol)
         analysis = analysis.bounded(delays.longest_step)
         delays.begin(request, analysis)
         request = replace(request, extra=(*request.extra, *delays.signals))
     schedule = None
     if controllers or delays is not None:
+        from .controlled import advance_controlled, started
+        from .schedule import Schedule
+
         schedule = Schedule.of(circuit, controllers, analysis.stop, memory)
     if schedule is not None:
         request = schedule.wanted(request)

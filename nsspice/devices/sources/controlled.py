@@ -15,7 +15,6 @@ from ...problems.descriptor import Functional
 from ..carrier import Carrier
 from ..device import NO_VALUES, Context, Device, Edge, check_flags, number
 from ..effect import Effect
-from ..expressions.behavioural import Behavioural
 from ..outputs import scaled
 from ..parameter import Parameter, Table, inert, refused
 from ..stamper import Layout, Stamper
@@ -58,6 +57,8 @@ class Controlled(Device):
 
             return Delayed.read(element, context)
         if element.quantity:
+            from ..expressions.behavioural import Behavioural
+
             return Behavioural.read(element, context)
         check_flags(cls, element, findings)
         given = cls.INSTANCE.read(element.params, element.name, findings)

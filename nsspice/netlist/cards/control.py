@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ...errors import suggest
+from ...lazy import resolve
 from ..deck import Deck
 from ..elements.reading import Reader
 from ..expansion.definitions import parameters
@@ -13,43 +14,43 @@ from ..expansion.scope import Scope
 from ..expressions.node import Node, TooLarge
 from ..findings import Unreadable
 from ..text.lines import Line
-from . import analyses, heat, measure, options, outputs, periodic, ports
 from .context import Context
 
-_READERS: dict[str, Callable[[Context, Line], None]] = {
-    "ac": periodic.ac,
-    "csparam": lambda context, line: _for_programs(context, line),
-    "dc": analyses.dc,
-    "four": periodic.four,
-    "fourier": periodic.four,
-    "heatsink": heat.heat_sink,
-    "ic": outputs.initial,
-    "loop": periodic.loop,
-    "meas": measure.measure,
-    "measure": measure.measure,
-    "nodeset": outputs.initial,
-    "noise": periodic.noise,
-    "op": analyses.op,
-    "opt": options.options,
-    "option": options.options,
-    "options": options.options,
-    "plot": outputs.outputs,
-    "print": outputs.outputs,
-    "probe": outputs.outputs,
-    "probe64": outputs.outputs,
-    "pss": periodic.pss,
-    "pz": ports.pz,
-    "save": outputs.outputs,
-    "sp": ports.sp,
-    "step": analyses.step,
-    "tf": periodic.tf,
-    "tran": analyses.tran,
+#: where each card is read: only the readers of those that a deck has are imported
+_READERS: dict[str, str] = {
+    "ac": "periodic:ac",
+    "csparam": "control:for_programs",
+    "dc": "analyses:dc",
+    "four": "periodic:four",
+    "fourier": "periodic:four",
+    "heatsink": "heat:heat_sink",
+    "ic": "outputs:initial",
+    "loop": "periodic:loop",
+    "meas": "measure:measure",
+    "measure": "measure:measure",
+    "nodeset": "outputs:initial",
+    "noise": "periodic:noise",
+    "op": "analyses:op",
+    "opt": "options:options",
+    "option": "options:options",
+    "options": "options:options",
+    "plot": "outputs:outputs",
+    "print": "outputs:outputs",
+    "probe": "outputs:outputs",
+    "probe64": "outputs:outputs",
+    "pss": "periodic:pss",
+    "pz": "ports:pz",
+    "save": "outputs:outputs",
+    "sp": "ports:sp",
+    "step": "analyses:step",
+    "tf": "periodic:tf",
+    "tran": "analyses:tran",
 }
 #: read before the elements are built
-_EARLY: dict[str, Callable[[Context, Line], None]] = {
-    "global": options.global_nodes,
-    "temp": options.temperature,
-    "title": options.title,
+_EARLY: dict[str, str] = {
+    "global": "options:global_nodes",
+    "temp": "options:temperature",
+    "title": "options:title",
 }
 #: analyses that are computed, those that a program runs first
 PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz", "sp"])
@@ -84,7 +85,12 @@ _STRUCTURE = ("param", "subckt", "ends", "model", "include", "lib", "func", "if"
               "endif", "end", "control", "endc", "endl", "inc")  # fmt: skip
 
 
-def _for_programs(context: Context, line: Line) -> None:
+def _reader(place: str) -> Callable[[Context, Line], None]:
+    reader: Callable[[Context, Line], None] = resolve(f".netlist.cards.{place}")
+    return reader
+
+
+def for_programs(context: Context, line: Line) -> None:
     """Read ``.csparam name=expression``: a number that programs know by its name."""
     for name, formula, _ in parameters(context.reader, line):
         context.for_programs[name] = context.here.number(formula)
@@ -123,11 +129,11 @@ class CardReader:
             if scope.prefix:
                 continue
             if card in _EARLY:
-                self._call(_EARLY[card], line, scope)
+                self._call(_reader(_EARLY[card]), line, scope)
             elif card == "step":
-                self._call(analyses.early_step, line, scope)
+                self._call(_reader("analyses:early_step"), line, scope)
             elif card in ("options", "option", "opt"):
-                self._call(options.early_options, line, scope)
+                self._call(_reader("options:early_options"), line, scope)
 
     def read(self, computes: bool = False) -> None:
         """Read all other cards; ``computes`` says that a program asks for analyses, too."""
@@ -138,11 +144,11 @@ class CardReader:
         for card, line, scope in self._expander.cards:
             if card in _EARLY and not scope.prefix:
                 continue
-            reader = self._sens() if card == "sens" else _READERS.get(card)
-            if reader is None or (scope.prefix and card not in ("ic", "nodeset")):
+            place = self._sens() if card == "sens" else _READERS.get(card)
+            if place is None or (scope.prefix and card not in ("ic", "nodeset")):
                 self._other(card, line, scope)
             else:
-                self._call(reader, line, scope)
+                self._call(_reader(place), line, scope)
         self._context.check_expressions()
 
     def command(self, line: Line, vectors: Mapping[str, Node] | None = None) -> None:
@@ -158,14 +164,14 @@ class CardReader:
         self._context.here = self._context.home
         self._context.vectors = dict(vectors or {})
         try:
-            _READERS[card](self._context, dotted)
+            _reader(_READERS[card])(self._context, dotted)
         finally:
             self._context.vectors = {}
 
-    def _sens(self) -> Callable[[Context, Line], None]:
+    def _sens(self) -> str:
         """Return what reads ``.sens``: of a periodic steady state, or of an operating point."""
         orbit = any(c == "pss" and not s.prefix for c, _, s in self._expander.cards)
-        return periodic.sens if orbit else periodic.sens_op
+        return "periodic:sens" if orbit else "periodic:sens_op"
 
     def _call(self, reader: Callable[[Context, Line], None], line: Line, scope: Scope) -> None:
         self._context.here = scope

@@ -9,7 +9,6 @@ from ...lazy import resolve
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item, items
-from .code_model import code_model
 from .reading import Reader, closed_once, flat
 from .template import CodeTemplate, InstanceTemplate, Template
 from .terminals import GROUND
@@ -41,6 +40,8 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate | CodeTem
         law: Template = resolve(KINDS["b"].reader)(reader, line)
         return law
     if letter == "a":
+        from .code_model import code_model
+
         return code_model(reader, line)
     kind = KINDS.get(letter)
     if letter == "t":

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from ...element_kinds import KINDS
 from ...errors import Span, suggest
 from ..deck import Delay, Element, Param, Sampled, Source
-from ..elements.parasitics import taken_apart
 from ..elements.template import CodeTemplate, Formula, InstanceTemplate, SourceTemplate, Template
-from ..elements.transmission import MODEL as LINE
-from ..elements.transmission import written_line
 from ..expressions.expression import Expression
 from ..expressions.expression_parser import voltage
 from ..expressions.node import Node, num, var
@@ -19,16 +16,9 @@ from ..findings import Findings, Unreadable
 from ..text.lines import Line
 from ..text.script import Command
 from ..text.structure import build
-from .a_devices import written as a_device
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
-from .code_models import digital_ports, written
-from .memory import has_memory, without_memory
-from .repetition import Repetition, written_out
-from .sampled import sampled_parts
 from .scope import Scope
-from .transfer import NoRational, rational, sampled_coefficients
-from .transfer import taken_apart as states_of
 
 #: elements of an expanded deck; more would not fit into memory anyway
 MAX_ELEMENTS = 1_000_000
@@ -157,13 +147,8 @@ class Expander:
         if given is None or isinstance(given, float):
             value = given
         else:
-            if item.letter in _REMEMBERING and has_memory(given.node):
-                given, memory = without_memory(item.name, given, scope)
-                for part in memory.elements:
-                    self._claim(part.name, part.name[len(scope.prefix) :], part.span)
-                self.elements += memory.elements
-                self.initial.update(memory.initial)
-                self.delays += memory.delays
+            if item.letter in _REMEMBERING:
+                given = self._without_memory(scope, item.name, given)
             thermal = bool(item.quantity)
             value = scope.expression(given, item.letter in "lr", thermal, _own(item, nodes))
         if scope.prefix:
@@ -191,7 +176,7 @@ class Expander:
         )
         if item.model and model is None and (item.value is not None or value is None):
             raise self._no_model(scope, item)
-        for part in taken_apart(element, self._findings) if params else (element,):
+        for part in self._parts_of(element):
             if part.name != name:
                 self._claim(part.name, part.name[len(scope.prefix) :], part.span)
             if len(self.elements) >= MAX_ELEMENTS:
@@ -201,8 +186,32 @@ class Expander:
             spans = item.node_spans[len(nodes) :]
             self._controlled.append((element, spans, scope.prefix))
 
+    def _parts_of(self, element: Element) -> Iterable[Element]:
+        """Return an element without its parasitics, and these."""
+        if not element.params:
+            return (element,)
+        from ..elements.parasitics import taken_apart
+
+        return taken_apart(element, self._findings)
+
+    def _without_memory(self, scope: Scope, name: str, given: Formula) -> Formula:
+        """Return an expression whose derivatives and integrals are elements of their own."""
+        from .memory import has_memory, without_memory
+
+        if not has_memory(given.node):
+            return given
+        given, memory = without_memory(name, given, scope)
+        for part in memory.elements:
+            self._claim(part.name, part.name[len(scope.prefix) :], part.span)
+        self.elements += memory.elements
+        self.initial.update(memory.initial)
+        self.delays += memory.delays
+        return given
+
     def _transfer(self, scope: Scope, item: Template, function: Formula) -> None:
         """Build the states of a transfer function."""
+        from .transfer import NoRational, rational, sampled_coefficients, taken_apart
+
         assert item.value is not None
         drive = item.value.node if isinstance(item.value, Formula) else num(item.value)
         if isinstance(item.value, Formula):
@@ -217,6 +226,8 @@ class Expander:
             raise Unreadable("NS1002", message, function.span, hint) from None
         nodes = tuple(scope.node(node) for node in item.nodes)
         if item.sampled:
+            from .sampled import sampled_parts
+
             coefficients = sampled_coefficients(item.name, top, bottom, function.span)
             parts, clocked = sampled_parts(scope, item, nodes, drive, coefficients)
             self._claim(parts[1].name, f"{item.name}.in", item.span)
@@ -224,7 +235,7 @@ class Expander:
             self.sampled.append(clocked)
             return
         whole = Element(scope.prefix + item.name, item.letter, nodes, item.span)
-        for part in states_of(whole, drive, top, bottom, function.span):
+        for part in taken_apart(whole, drive, top, bottom, function.span):
             if part.name != whole.name:
                 self._claim(part.name, part.name[len(scope.prefix) :], part.span)
             self.elements.append(part)
@@ -256,6 +267,8 @@ class Expander:
         values = [scope.number(value) for value in given.values]
         options = {key: scope.number(value) for key, value in given.options.items()}
         if given.kind == "pwl" and (given.relative or given.repeats):
+            from .repetition import Repetition, written_out
+
             parts = [
                 Repetition(r.first, r.last, scope.number(r.count), r.span) for r in given.repeats
             ]
@@ -279,8 +292,7 @@ class Expander:
         names = {node: f"port{k}" for k, node in enumerate(item.nodes)}
         formal = item.renamed(names)
         if item.own:
-            write = written_line if item.model == LINE else a_device
-            texts, digital = write(formal, numbers), set[str]()
+            texts, digital = _own_lines(formal, numbers), set[str]()
         else:
             texts, digital = self._written(scope, formal)
         where = item.span
@@ -316,6 +328,8 @@ class Expander:
             hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
             message = f"{item.name}: there is no model {item.model}"
             raise Unreadable("NS1060", message, item.model_span, hint, item.model)
+        from .code_models import digital_ports, written
+
         return written(item, model), digital_ports(item, model)
 
     # -- instances ---------------------------------------------------------------------------
@@ -459,6 +473,17 @@ def _own(item: Template, nodes: tuple[str, ...]) -> Mapping[str, Node]:
     if item.quantity == "q":
         return {"x": voltage(*nodes)}
     return {"x": var("i")} if item.quantity == "flux" else NOTHING
+
+
+def _own_lines(item: CodeTemplate, given: dict[str, float]) -> list[str]:
+    """Return the lines of a transmission line or of one of LTspice's A devices."""
+    from ..elements.transmission import MODEL, written_line
+
+    if item.model == MODEL:
+        return written_line(item, given)
+    from .a_devices import written
+
+    return written(item, given)
 
 
 def _card(item: Template) -> str:

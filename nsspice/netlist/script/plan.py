@@ -419,8 +419,7 @@ def plan(
     deck: Deck, cards: CardReader, scripts: list[Script], findings: Findings, seed: int
 ) -> None:
     """Let the programs of a deck say what runs."""
-    if scripts:
-        Planner(deck, cards, findings, seed).walk(scripts)
+    Planner(deck, cards, findings, seed).walk(scripts)
 
 
 def computes(scripts: list[Script]) -> bool:
