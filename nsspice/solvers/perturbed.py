@@ -89,10 +89,6 @@ class Perturbed:
         self._known: dict[int, tuple[Maps, Floats, list[Floats]]] = {}
         self._guards: dict[int, Floats | None] = {}
 
-    def monodromy(self) -> Floats:
-        """Return the derivative of what is stored by itself over the period, shape (r, r)."""
-        return _Course(self, np.zeros(0, complex), np.zeros(1)).end
-
     def responses(self, s: Complexes, multiples: Floats | None = None) -> Complexes:
         """Return Fourier components of the outputs, shape (w, b, outputs, stimuli).
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
@@ -101,48 +100,6 @@ class Advice:
         what = " ".join(filter(None, [self.method, self.setting]))
         how = "measured" if self.measured else "extrapolated"
         return f"{what}, {number(self.seconds, 's', 3)} ({how})"
-
-
-def price(rows: Sequence[Measurement], error: float) -> tuple[float, bool]:
-    """Return what an error costs with one method [s], and whether its runs reach it.
-
-    Between two runs the logarithm of the time is linear in that of the error; beyond the longest
-    run time grows with the inverse square root, as if steps of second order went on to improve it.
-
-    Parameters
-    ----------
-    rows : sequence of Measurement
-        Finished runs of one method.
-    error : float
-        As a share of the range of each signal.
-
-    Examples
-    --------
-    >>> ladder = [
-    ...     Measurement("m", "h", h, 1, error, error, seconds)
-    ...     for h, error, seconds in ((4.0, 1e-2, 1.0), (2.0, 1e-3, 2.0), (1.0, 1e-4, 4.0))
-    ... ]
-    >>> [round(price(ladder, error)[0], 9) for error in (1e-1, 1e-3, 1e-4, 1e-6)]
-    [1.0, 2.0, 4.0, 40.0]
-    >>> price(ladder, 1e-6)[1]
-    False
-    """
-    front: list[Measurement] = []
-    for row in sorted(rows, key=lambda r: (r.seconds, r.error)):
-        if not front or row.error < front[-1].error:
-            front.append(row)
-    if not front:
-        return math.nan, False
-    for k, row in enumerate(front):
-        if row.error > error:
-            continue
-        before = front[k - 1]
-        if k == 0 or row.error == 0.0:
-            return row.seconds, True
-        part = math.log(before.error / error) / math.log(before.error / row.error)
-        return before.seconds * (row.seconds / before.seconds) ** part, True
-    longest = max(row.seconds for row in rows)
-    return longest * math.sqrt(front[-1].error / error), False
 
 
 @dataclass(slots=True)

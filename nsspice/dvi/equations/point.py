@@ -8,15 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..terms.errors import wrong
 from ..terms.expression import Expr, as_vector
 
 if TYPE_CHECKING:
     from ...problems.regularity import Regularity
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

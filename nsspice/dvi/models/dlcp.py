@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..equations.assembly import assemble
 from ..equations.conditions import Complementarity
@@ -15,8 +14,6 @@ from ..terms.expression import Expr, as_vector
 from ..terms.sets import matrix, vector
 from ..terms.variables import multiplier, states
 from .dvi import DVI, combined, flattened
-
-Floats = npt.NDArray[np.float64]
 
 
 class DNCP(DVI):

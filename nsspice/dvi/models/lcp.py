@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..terms.errors import wrong
 from ..terms.expression import as_expr
@@ -16,8 +15,6 @@ from .vi import VI
 
 if TYPE_CHECKING:
     from .verdicts import Verdicts
-
-Floats = npt.NDArray[np.float64]
 
 
 class LCP(VI):

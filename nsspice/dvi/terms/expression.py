@@ -11,7 +11,6 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ...netlist.expressions import evaluate as _evaluate
 from ...netlist.expressions.derivative import derivative as _derivative
@@ -21,7 +20,6 @@ from .errors import wrong
 if TYPE_CHECKING:
     from .setvalued import SetValued
 
-Floats = npt.NDArray[np.float64]
 #: what may appear in an expression
 Operand = Any
 _NONE: Mapping[str, SetValued] = {}

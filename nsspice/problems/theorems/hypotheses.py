@@ -134,11 +134,6 @@ def closed(problem: StandardDVI) -> Verdict:
     return Verdict.yes(claim, "a product of intervals, polyhedra and cones")
 
 
-def bounded_block(problem: StandardDVI, claim: str) -> Verdict:
-    """Judge whether the factor B of u in f is bounded: derivatives of f by u are."""
-    return lipschitz(problem, "f", "u", claim)
-
-
 def affine_in_u(problem: StandardDVI) -> Verdict:
     """Judge whether ``f = f_0(t, x) + B u`` with a constant B."""
     claim = "f is f(t, x) + B u"

@@ -19,7 +19,6 @@ from nsspice.compare.cost import CostReport, Measurement, make_reference, ngspic
 from nsspice.compare.cost.graph import Graph
 from nsspice.compare.cost.problem import GivenUp, Problem
 from nsspice.compare.cost.reference import Reference
-from nsspice.compare.cost.report import price
 from nsspice.compare.cost.timer import Timer
 from nsspice.errors import Diagnostic
 
@@ -153,15 +152,6 @@ def test_cheapest_way_is_measured_or_extrapolated_by_the_order():
     assert (slow.method, slow.measured) == ("slow", False)
     assert slow.seconds == pytest.approx(1000.0)
     assert "quick" in report.describe(1e-6).splitlines()[-2]
-
-
-def test_what_an_error_costs_lies_between_runs_or_beyond_the_longest():
-    ladder = [made("m", 1e-2, 1.0), made("m", 1e-4, 4.0), made("m", 2e-4, 9.0)]
-    assert price(ladder, 1e-1) == (1.0, True)
-    assert price(ladder, 1e-3) == (pytest.approx(2.0), True)
-    # a finer run that errs more shows that the best one cannot simply go on
-    assert price(ladder, 1e-6) == (pytest.approx(90.0), False)
-    assert price([made("exact", 0.0, 3.0), made("exact", 1e-9, 1.0)], 1e-12) == (3.0, True)
 
 
 def test_longest_steps_of_ngspice_make_its_ladder():
