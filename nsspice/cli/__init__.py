@@ -1,7 +1,7 @@
-"""The command line: one file for each command.
+"""The command line: ``commands`` has one file for each command, this folder what they share.
 
-Read ``app`` (which commands there are), ``run`` (the longest one), ``options`` and ``report`` (what
-they share).  Imports everything but ``dvi``; nothing imports it.
+Read ``app`` (which commands there are), ``commands.run`` (the longest one), ``options`` (what may
+be typed) and ``report`` (what is printed).  Imports everything but ``dvi``; nothing imports it.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ class _Lazy(click.Group):
         """Return a command from the module of its name."""
         if cmd_name not in _COMMANDS:
             return None
-        module = import_module(f".{cmd_name.replace('-', '_')}", __package__)
+        module = import_module(f".commands.{cmd_name.replace('-', '_')}", __package__)
         command: click.Command = module.command
         command.epilog = command.epilog or examples_of(cmd_name)
         return command

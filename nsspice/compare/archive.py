@@ -209,7 +209,7 @@ def verify(folder: str | Path) -> tuple[list[str], list[Verdict]]:
     Examples
     --------
     >>> import tempfile
-    >>> from nsspice.cli.run import command
+    >>> from nsspice.cli.commands.run import command
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     deck = Path(folder, "rc.net")
     ...     _ = deck.write_text("RC\\nV1 a 0 1\\nR1 a b 1k\\nC1 b 0 1u ic=0\\n.tran 1u 1m uic\\n")

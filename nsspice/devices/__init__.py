@@ -1,8 +1,8 @@
 """The devices: one file per element, with its parameters, effects, characteristic and stamp.
 
 Read ``device`` first, what the circuit may ask of any element, then ``stamper``, where the laws
-write their rows.  An element's file is loaded when the first element of its kind is read; which
-file is listed in ``element_kinds``.
+write their rows.  An element's file is loaded when the first element of its kind is read;
+``element_kinds`` lists which.  Imports ``netlist`` and ``problems``.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Read ``run`` first: it puts together ``points`` (grids, lists, samples), ``targets`` (what a name
 changes), ``plan`` (all that a worker needs, sent once), ``worker`` (one chunk of points),
 ``executors`` (processes or a cluster) and ``journal`` (to go on later).  ``table`` is the result.
-Imports the analyses and what is left of them, and the pictures of ``output``.
+Imports ``output``, ``analyses`` and everything below them.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import pytest
 from click.testing import Result
 
 import nsspice
-from nsspice.cli.plecs import card
+from nsspice.cli.commands.plecs import card
 from nsspice.errors import UsageError
 
 Call = Callable[..., Result]

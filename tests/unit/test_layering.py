@@ -173,6 +173,14 @@ def test_every_room_is_in_the_table() -> None:
         assert folders <= set(rooms.split())
 
 
+def test_every_folder_says_what_it_is_and_what_it_imports() -> None:
+    """The first lines of a folder are its map: what happens here, and what it stands on."""
+    homes = [p for p in FILES if p.name == "__init__.py" and p.parent != PACKAGE]
+    maps = {p: ast.get_docstring(ast.parse(p.read_text("utf-8"))) or "" for p in homes}
+    vague = [str(p) for p, text in maps.items() if not re.search(r"\bImports\s|each\s+uses", text)]
+    assert not vague
+
+
 def test_no_folder_is_crowded() -> None:
     """A stranger finds a file by reading the names of its folder; `circuit` has a few more."""
     counts: dict[Path, int] = {}

@@ -1,7 +1,9 @@
 """Cross-checks with ngspice, another simulator, on the same circuit.
 
 ngspice supports only smooth laws: an ideal diode or switch is replaced by a sharp smooth one, and
-every replacement is listed.  ngspice is optional; it runs in a separate process.
+every replacement is listed.  ngspice is optional; it runs in a separate process.  Read
+``cross_check`` (both runs and the verdict), ``translate`` (the deck for ngspice, with a function
+per letter in ``elements``), ``process`` (the two ways to start it).  Imports what ``compare`` may.
 """
 
 from __future__ import annotations

@@ -1,4 +1,8 @@
-"""The report: one self-contained page of a run, to be opened offline, sent or archived."""
+"""The report: one self-contained page of a run, to be opened offline, sent or archived.
+
+Read ``page`` (the document), ``content`` (tables and sentences), ``waveforms`` (the data and the
+script that draws it).  Imports the files beside this folder, and ``analyses``.
+"""
 
 from __future__ import annotations
 

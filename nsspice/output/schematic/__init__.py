@@ -2,6 +2,7 @@
 
 ``parts`` reads the deck, ``levels`` decides what is above what, ``placement`` finds columns and
 rows, ``symbols`` and ``drawing`` draw; each uses only those before it.
+Imports ``circuit`` and ``netlist``.
 """
 
 from __future__ import annotations

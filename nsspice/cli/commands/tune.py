@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import confined_option, json_option, read_params, spice_number
-from .report import print_json, show
-from .source import circuit_of
+from ...errors import Diagnostic, UsageError
+from ..options import confined_option, json_option, read_params, spice_number
+from ..report import print_json, show
+from ..source import circuit_of
 
 
 @click.command("tune", short_help="find parameters that bring measures to given values")
@@ -32,7 +32,7 @@ from .source import circuit_of
 @json_option
 def command(netlist: str, params: Sequence[str], goals: Sequence[str], as_json: bool) -> None:
     """Change the .param values of NETLIST within bounds until its measures are those wanted."""
-    from ..sweeps.tune import tune
+    from ...sweeps.tune import tune
 
     bounds = dict(_bounds(item) for item in params)
     found = tune(circuit_of(netlist, {}), bounds, read_params(goals))

@@ -7,11 +7,11 @@ from dataclasses import asdict
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import confined_option, json_option, spice_number
-from .progress import ProgressBar
-from .report import print_json, show
-from .source import circuit_of
+from ...errors import Diagnostic, UsageError
+from ..options import confined_option, json_option, spice_number
+from ..progress import ProgressBar
+from ..report import print_json, show
+from ..source import circuit_of
 
 
 @click.command("tolerance", short_help="show how parameter tolerances spread the measures")
@@ -29,7 +29,7 @@ from .source import circuit_of
 @json_option
 def command(netlist: str, params: Sequence[str], runs: int, seed: int, as_json: bool) -> None:
     """Run NETLIST at the corners of its tolerances and at random values between them."""
-    from ..sweeps.tolerance import tolerance
+    from ...sweeps.tolerance import tolerance
 
     if runs < 0:
         raise UsageError(Diagnostic("NS4005", f"--runs cannot be {runs}", hint="give 0 or more"))

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import (
+from ...errors import Diagnostic, UsageError
+from ..options import (
     NUMBER,
     confined_option,
     json_option,
@@ -18,8 +18,8 @@ from .options import (
     read_signals,
     solver_options,
 )
-from .report import print_json, report_warnings, show
-from .source import circuit_of, path_of
+from ..report import print_json, report_warnings, show
+from ..source import circuit_of, path_of
 
 
 @click.command("compare", short_help="compare a simulation with ngspice or a reference waveform")
@@ -98,9 +98,9 @@ def command(
         raise UsageError(
             Diagnostic("NS4005", message, hint="omit the reference file to run ngspice")
         )
-    from ..analyses import Request, jobs_of, run_job
-    from ..compare.pairs import compare_table, pairs_of
-    from ..compare.reference import read_table
+    from ...analyses import Request, jobs_of, run_job
+    from ...compare.pairs import compare_table, pairs_of
+    from ...compare.reference import read_table
 
     table = read_table(reference)
     circuit = circuit_of(netlist, read_params(params))
@@ -158,12 +158,12 @@ def _against_ngspice(
     **options: Any,
 ) -> None:
     """Run both programs and print the report."""
-    from ..analyses import Request
-    from ..compare.ngspice import NgspiceError, Options, cross_check
-    from ..output.files import check_target
+    from ...analyses import Request
+    from ...compare.ngspice import NgspiceError, Options, cross_check
+    from ...output.files import check_target
 
     if plot is not None:
-        from ..output.plot import check_format
+        from ...output.plot import check_format
 
         plot = str(Path(path_of(netlist).name).with_suffix(".png")) if plot == "auto" else plot
         check_format(plot)
@@ -187,7 +187,7 @@ def _against_ngspice(
         raise
     _write_deck(deck, found.run.translation.text)
     if plot is not None:
-        from ..compare.ngspice.overlay import overlay
+        from ...compare.ngspice.overlay import overlay
 
         overlay(found, plot)
     if as_json:
@@ -203,7 +203,7 @@ def _write_deck(path: str | None, text: str) -> None:
         try:
             Path(path).write_text(text, encoding="utf-8")
         except OSError as error:
-            from ..output.files import output_error
+            from ...output.files import output_error
 
             raise output_error(error, path) from error
 
@@ -223,8 +223,8 @@ def _maps(items: Sequence[str]) -> dict[str, str]:
 def _print(
     rows: Sequence[Any], reference: str, tolerance: float, absolute: bool, norm: str
 ) -> None:
-    from ..analyses.signals.signal_names import unit
-    from ..output.si import number
+    from ...analyses.signals.signal_names import unit
+    from ...output.si import number
 
     width = max(len("signal"), *(len(r.signal) for r in rows))
     show(f"{'signal':<{width}}  {'max':>12}  {'l1':>12}  {'rms':>12}  {'range':>12}")

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from .. import __version__
-from ..errors import Diagnostic, UsageError
-from .agent_tools import Tools
+from ... import __version__
+from ...errors import Diagnostic, UsageError
+from ..agent_tools import Tools
 
 _INSTRUCTIONS = (
     "Simulates SPICE netlists with ideal diodes and switches.  A deck is the text of a netlist "

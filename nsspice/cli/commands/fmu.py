@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from .options import (
+from ..options import (
     confined_option,
     force_option,
     json_option,
@@ -15,8 +15,8 @@ from .options import (
     read_params,
     read_signals,
 )
-from .report import print_json, say
-from .source import circuit_of, path_of
+from ..report import print_json, say
+from ..source import circuit_of, path_of
 
 
 @click.command("fmu", short_help="export a deck as an FMU for co-simulation")
@@ -45,8 +45,8 @@ def command(
 
     .param values are its parameters.  The tool that imports it needs a Python with nsspice.
     """
-    from ..output.files import check_target
-    from ..output.fmu import write_fmu
+    from ...output.files import check_target
+    from ...output.fmu import write_fmu
 
     circuit = circuit_of(netlist, read_params(params))
     target = Path(output or path_of(netlist).with_suffix(".fmu").name)

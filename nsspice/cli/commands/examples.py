@@ -8,12 +8,12 @@ from pathlib import Path
 
 import click
 
-from ..errors import Diagnostic, UsageError, suggest
-from .options import json_option
-from .report import print_json, say
+from ...errors import Diagnostic, UsageError, suggest
+from ..options import json_option
+from ..report import print_json, say
 
 #: the collection: files of the package where it is installed, a link to the sources in a checkout
-COLLECTION = Path(__file__).parents[1] / "netlists"
+COLLECTION = Path(__file__).parents[2] / "netlists"
 #: what belongs to a netlist besides itself
 _COMPANION = ".expect.toml"
 
@@ -132,8 +132,8 @@ def _copy(found: Sequence[Path], target: Path, force: bool, as_json: bool) -> No
 
 def _companions(netlist: Path) -> list[Path]:
     """Return the expectations of a netlist and the waveforms that they name."""
-    from ..compare.checks import WaveformCheck
-    from ..compare.expectation import read_expectation
+    from ...compare.checks import WaveformCheck
+    from ...compare.expectation import read_expectation
 
     expected = netlist.with_suffix(_COMPANION)
     if not expected.exists():

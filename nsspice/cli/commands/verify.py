@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from .options import confined_option, json_option
-from .report import print_json, say
+from ..options import confined_option, json_option
+from ..report import print_json, say
 
 
 @click.command("verify", short_help="certify a stored result again, without running it")
@@ -21,7 +21,7 @@ def command(folder: Path, as_json: bool) -> None:
     hash; rows of transients must obey Kirchhoff's laws, sources, resistors, set-valued elements
     and switches.  Exit code 1 if anything is wrong.
     """
-    from ..compare.archive import verify
+    from ...compare.archive import verify
 
     changed, verdicts = verify(folder)
     if as_json:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import force_option, json_option, read_signals
-from .report import print_json, say
+from ...errors import Diagnostic, UsageError
+from ..options import force_option, json_option, read_signals
+from ..report import print_json, say
 
 #: panels of a picture without --signals
 _MOST = 6
@@ -43,10 +43,10 @@ def command(
     The first column of each file is its axis; files may have different points.  Without --signals
     the first signals that all files share are drawn.
     """
-    from ..analyses.signals.signal_names import canonical
-    from ..compare.reference import read_table
-    from ..output.files import check_target
-    from ..output.overlay import Series, overlay
+    from ...analyses.signals.signal_names import canonical
+    from ...compare.reference import read_table
+    from ...output.files import check_target
+    from ...output.overlay import Series, overlay
 
     series = []
     for name in files:

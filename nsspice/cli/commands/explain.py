@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import click
 
-from .options import confined_option, json_option, junctions_option, param_option, read_params
-from .report import print_json, show
-from .source import circuit_of
+from ..options import confined_option, json_option, junctions_option, param_option, read_params
+from ..report import print_json, show
+from ..source import circuit_of
 
 
 @click.command("explain", short_help="show how a netlist would be solved")
@@ -29,7 +29,7 @@ def command(
     First for engineers: the method for each independent part, the elements that force it, what
     could be written differently, the active effects; then class, size and regularity.
     """
-    from ..analyses.studies.explanation import explained
+    from ...analyses.studies.explanation import explained
 
     explanation = explained(circuit_of(netlist, read_params(params)), matrices, everything)
     if as_json:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, json_option, param_option, read_params
-from .progress import ProgressBar
-from .report import print_json, say
-from .source import STDIN, circuit_of, path_of
+from ..options import NUMBER, confined_option, json_option, param_option, read_params
+from ..progress import ProgressBar
+from ..report import print_json, say
+from ..source import STDIN, circuit_of, path_of
 
 
 @click.command("effects", short_help="which effects matter, and what they cost")
@@ -45,9 +45,9 @@ def command(
     saved signals count.  Every combination that is recommended has been run.  The recommended deck
     is written as X.cheap.net, with what was left out as comments.
     """
-    from ..output.atomic_write import whole
-    from ..output.files import check_target
-    from ..screening import effects
+    from ...output.atomic_write import whole
+    from ...output.files import check_target
+    from ...screening import effects
 
     circuit = circuit_of(netlist, read_params(params))
     name = path_of(netlist).name

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import Diagnostic, NsspiceError, NumericalError, OutputError, UsageError
-from .options import (
+from ...errors import Diagnostic, NsspiceError, NumericalError, OutputError, UsageError
+from ..options import (
     NUMBER,
     confined_option,
     is_confined,
@@ -23,13 +23,13 @@ from .options import (
     seed_option,
     solver_options,
 )
-from .progress import ProgressBar
-from .report import print_json, report_error, report_warnings, say
-from .source import circuit_of, path_of
-from .step_table import is_stepped, show_steps
+from ..progress import ProgressBar
+from ..report import print_json, report_error, report_warnings, say
+from ..source import circuit_of, path_of
+from ..step_table import is_stepped, show_steps
 
 if TYPE_CHECKING:
-    from ..circuit import Circuit
+    from ...circuit import Circuit
 
 #: with more analyses what they have recorded is not kept for a report: it is recorded again
 _RECORDED = 16
@@ -164,8 +164,8 @@ def command(
     netlist, report = _sort_out(netlist, report, _PAGES)
     if netlist is None:
         raise click.UsageError("name a netlist: nsspice run FILE")
-    from ..analyses.request.request import Request, named_controllers
-    from .controllers import read_controllers
+    from ...analyses.request.request import Request, named_controllers
+    from ..controllers import read_controllers
 
     request = Request(
         method,
@@ -206,7 +206,7 @@ def command(
 
 def _table_in(folder: Path, netlist: str, output: str | None) -> str:
     """Return the name of the table in a run folder, which is made if it is not there."""
-    from ..output.files import output_error
+    from ...output.files import output_error
 
     if output is not None:
         raise click.UsageError("--archive names the folder of the tables: leave out -o")
@@ -219,8 +219,8 @@ def _table_in(folder: Path, netlist: str, output: str | None) -> str:
 
 def _watch(netlist: str, once: Callable[[], _Run]) -> None:
     """Run at the start and after each change of the deck and of what it includes."""
-    from .source import STDIN
-    from .watch import watch
+    from ..source import STDIN
+    from ..watch import watch
 
     if netlist == STDIN:
         raise click.UsageError("--watch needs a file")
@@ -262,8 +262,8 @@ class _Run:
         quiet: bool,
         force: bool,
     ) -> None:
-        from ..analyses.studies.batch import jobs_of
-        from ..output.exports import is_whole
+        from ...analyses.studies.batch import jobs_of
+        from ...output.exports import is_whole
 
         self.circuit, self.force = circuit, force
         self.netlist = path_of(netlist)
@@ -289,7 +289,7 @@ class _Run:
     def _plot_files(self, plot: str | None) -> list[Path | None]:
         if plot is None:
             return [None] * len(self.jobs)
-        from ..output.plot import check_format
+        from ...output.plot import check_format
 
         template = str(Path(self.netlist.name).with_suffix(".png")) if plot == "auto" else plot
         check_format(template)
@@ -318,8 +318,8 @@ class _Run:
         path = self.plots[k]
         if path is None or solution.axis.size < 2:
             return None
-        from ..analyses.request.recorder import select
-        from ..output.overlay import plot
+        from ...analyses.request.recorder import select
+        from ...output.overlay import plot
 
         groups = [select(self.circuit, group) for group in self.groups]
         if self.plots.count(path) == 1:
@@ -333,7 +333,7 @@ class _Run:
 
     def report_to(self, report: str | None) -> None:
         """Ask for a page; ``auto`` is the name of the netlist with .html."""
-        from ..output.files import check_target
+        from ...output.files import check_target
 
         if report is None:
             return
@@ -353,7 +353,7 @@ class _Run:
         """Write the page of all runs so far."""
         if self.report is None or not self.solutions:
             return
-        from ..output.report import write_report
+        from ...output.report import write_report
 
         write_report(self.circuit, self.solutions, self.report)
         if not (self.quiet or self.as_json):
@@ -361,10 +361,10 @@ class _Run:
 
     def _check_files(self) -> None:
         """Refuse what cannot be written before anything is computed."""
-        from ..analyses.request.cards import Tran
-        from ..netlist.deck import TranCard
-        from ..output.exports import check_export
-        from ..output.files import check_room, check_table_format, check_target
+        from ...analyses.request.cards import Tran
+        from ...netlist.deck import TranCard
+        from ...output.exports import check_export
+        from ...output.files import check_room, check_table_format, check_target
 
         if self.stdout and len(self.jobs) > 1:
             raise UsageError(
@@ -391,7 +391,7 @@ class _Run:
 
     def estimate(self, tol: float | None, refine: bool) -> None:
         """Ask for a tolerance of the output, or for an estimate of its error."""
-        from ..analyses.studies.batch import check_tolerance
+        from ...analyses.studies.batch import check_tolerance
 
         check_tolerance(tol, refine)
         self.tol, self.refine = tol, refine
@@ -409,7 +409,7 @@ class _Run:
                 show_steps(self.circuit.deck.title, self.jobs, self.solutions)
         self._write_report()
         if self.archive is not None:
-            from ..compare.archive import write_archive
+            from ...compare.archive import write_archive
 
             tables = self.outputs
             write_archive(self.archive, self.circuit, self.solutions, tables, self.request)
@@ -423,7 +423,7 @@ class _Run:
 
     def _job(self, k: int, bar: ProgressBar) -> Any:
         """Run one job, write its files, print its summary."""
-        from ..analyses.studies.batch import run_job
+        from ...analyses.studies.batch import run_job
 
         def progress(done: float) -> None:
             bar((k + done) / len(self.jobs))
@@ -433,7 +433,7 @@ class _Run:
         if self.whole:
             request = replace(request, keep=True)
         if self.plots[k] is not None or self.report is not None:
-            from ..analyses.request.recorder import select
+            from ...analyses.request.recorder import select
 
             # pictures are drawn on the points of the engine
             request = replace(request, follow=select(self.circuit, request.signals))
@@ -454,12 +454,12 @@ class _Run:
 
     def _estimated(self, *args: Any, **options: Any) -> Any:
         """Run a job and estimate its error."""
-        from ..analyses.studies.refinement import run_estimated
+        from ...analyses.studies.refinement import run_estimated
 
         return run_estimated(*args, tol=self.tol, **options)
 
     def _sink(self, k: int) -> Any:
-        from ..output.csv import CsvSink
+        from ...output.csv import CsvSink
 
         return CsvSink(sys.stdout.buffer if self.stdout else self.outputs[k])
 
@@ -486,7 +486,7 @@ class _Run:
 
     def _write(self, solution: Any, k: int) -> None:
         """Write a complete table; where that fails, the rows go to the temporary folder as CSV."""
-        from ..output.raw import write_raw
+        from ...output.raw import write_raw
 
         path = self.outputs[k]
         try:
@@ -521,7 +521,7 @@ class _Run:
 
     def _verdict(self) -> int:
         """Refuse a run whose rows do not satisfy the laws of the circuit."""
-        from ..analyses.solution.refusal import judge
+        from ...analyses.solution.refusal import judge
 
         judge(self.solutions, "raise")
         return 0

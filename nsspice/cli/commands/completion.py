@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 from click.shell_completion import get_completion_class
 
-from ..errors import Diagnostic, UsageError
-from .report import say
+from ...errors import Diagnostic, UsageError
+from ..report import say
 
 #: where each shell looks for completions of a user, and what is still to be done there
 _HOMES = {
@@ -44,7 +44,7 @@ def command(shell: str | None, install: bool) -> None:
                 hint=f"name one: nsspice completion {'|'.join(_HOMES)}",
             )
         )
-    from .app import app
+    from ..app import app
 
     text = kind(app, {}, "nsspice", "_NSSPICE_COMPLETE").source()
     if not install:

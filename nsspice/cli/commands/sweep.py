@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import confined_option, json_option, read_params, solver_options, spice_number
-from .progress import ProgressBar
-from .report import print_json, report_warnings, say, show
-from .source import circuit_of, path_of
+from ...errors import Diagnostic, UsageError
+from ..options import confined_option, json_option, read_params, solver_options, spice_number
+from ..progress import ProgressBar
+from ..report import print_json, report_warnings, say, show
+from ..source import circuit_of, path_of
 
 if TYPE_CHECKING:
-    from ..sweeps import SweepTable
+    from ...sweeps import SweepTable
 
 #: more values of one name are a slip of the keyboard
 _MOST = 1_000_000
@@ -107,9 +107,9 @@ def command(
       nsspice sweep buck.net --over vin=18:32:8 --over rload=1:100:9:log --map eff map.png
       nsspice sweep buck.net --over l1=20% --over c1=10% --samples 400 --histogram ripple h.png
     """
-    from ..output.files import check_table_format, check_target
-    from ..output.plot import check_format
-    from ..sweeps import sweep
+    from ...output.files import check_table_format, check_target
+    from ...output.plot import check_format
+    from ...sweeps import sweep
 
     if resume and journal is None:
         hint = "name the file: --journal FILE --resume"
@@ -209,7 +209,7 @@ def _values(item: str, text: str) -> Any:
     """Return a list of values or a distribution."""
     import numpy as np
 
-    from ..sweeps import LogUniform, Normal, Tolerance, Uniform
+    from ...sweeps import LogUniform, Normal, Tolerance, Uniform
 
     drawn = _DISTRIBUTION.fullmatch(text.replace(" ", ""))
     if drawn is not None:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import NUMBER, confined_option, force_option, json_option, param_option, read_params
-from .report import print_json, say
-from .source import circuit_of, path_of
+from ...errors import Diagnostic, UsageError
+from ..options import NUMBER, confined_option, force_option, json_option, param_option, read_params
+from ..report import print_json, say
+from ..source import circuit_of, path_of
 
 if TYPE_CHECKING:
-    from ..circuit import Circuit
+    from ...circuit import Circuit
 
 
 @click.command("draw", short_help="draw the schematic of a netlist")
@@ -41,10 +41,10 @@ def command(
     With --at the deck is simulated up to this instant (.tran; of .pss one period), and what
     conducts then is green.
     """
-    from ..output.atomic_write import whole
-    from ..output.files import check_target, output_error
-    from ..output.schematic import schematic
-    from ..output.si import number
+    from ...output.atomic_write import whole
+    from ...output.files import check_target, output_error
+    from ...output.schematic import schematic
+    from ...output.si import number
 
     circuit = circuit_of(netlist, read_params(params))
     target = Path(output or path_of(netlist).with_suffix(".svg").name)
@@ -71,9 +71,9 @@ def command(
 
 def _states(circuit: Circuit, at: float) -> dict[str, bool]:
     """Return what conducts at an instant of the first analysis over time."""
-    from ..analyses.request.request import Request
-    from ..analyses.studies.batch import jobs_of, run_job
-    from ..output.schematic.conduction import conducting_at
+    from ...analyses.request.request import Request
+    from ...analyses.studies.batch import jobs_of, run_job
+    from ...output.schematic.conduction import conducting_at
 
     jobs = [job for job in jobs_of(circuit.deck) if job.kind in ("tran", "pss")]
     if not jobs:

@@ -7,10 +7,10 @@ from dataclasses import asdict
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from .options import confined_option, json_option, spice_number
-from .report import print_json, show
-from .source import circuit_of
+from ...errors import Diagnostic, UsageError
+from ..options import confined_option, json_option, spice_number
+from ..report import print_json, show
+from ..source import circuit_of
 from .tolerance import share_of
 
 #: parts of the box that are listed
@@ -41,7 +41,7 @@ def command(
 
     The exit code is 1 if a part of the box is not decided.
     """
-    from ..analyses.bounds.search import bounds
+    from ...analyses.bounds.search import bounds
 
     box = dict(_tolerance(item) for item in params)
     found = bounds(circuit_of(netlist, {}), box, measures or None, seconds=seconds)

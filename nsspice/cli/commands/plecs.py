@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import click
 
-from ..errors import Diagnostic, UsageError
-from ..output.files import output_error
-from .options import json_option
-from .report import print_json, show
+from ...errors import Diagnostic, UsageError
+from ...output.files import output_error
+from ..options import json_option
+from ..report import print_json, show
 
 _WIDTH = 92
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import click
 
-from ..errors import Diagnostic, NsspiceError, UsageError
-from .options import json_option
-from .report import print_json, say, show
+from ...errors import Diagnostic, NsspiceError, UsageError
+from ..options import json_option
+from ..report import print_json, say, show
 
 
 @click.command("test", short_help="check netlists against X.expect.toml")
@@ -39,7 +39,7 @@ def command(
     A folder means every expectation file below it; the current folder is the default.  Exits with 1
     if a check failed.
     """
-    from ..compare.expect import Report, check, find_netlists
+    from ...compare.expect import Report, check, find_netlists
 
     found = find_netlists(paths or ["."])
     if not found:
@@ -137,7 +137,7 @@ def _by_pytest(
 
 
 def _print(report: object, width: int, verbose: bool, quiet: bool) -> None:
-    from ..compare.expect import Report
+    from ...compare.expect import Report
 
     assert isinstance(report, Report)
     if report.passed and quiet:

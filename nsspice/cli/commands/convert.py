@@ -7,11 +7,11 @@ from pathlib import Path
 
 import click
 
-from ..output.atomic_write import whole
-from ..output.files import check_target, output_error
-from .options import confined_option, force_option, is_confined, json_option
-from .report import print_json, say, show
-from .source import STDIN
+from ...output.atomic_write import whole
+from ...output.files import check_target, output_error
+from ..options import confined_option, force_option, is_confined, json_option
+from ..report import print_json, say, show
+from ..source import STDIN
 
 
 @click.command("convert", short_help="turn a deck of another program into a clean one")
@@ -29,7 +29,7 @@ def command(
     Each difference is a note: what was left out, replaced or fitted, with its line. The result is
     read again and compared element by element before it is written.
     """
-    from ..output.deck.conversion import convert
+    from ...output.deck.conversion import convert
 
     source: str | Path = Path(netlist)
     if netlist == STDIN:

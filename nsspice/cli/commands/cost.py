@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, json_option, param_option, read_params, read_signals
-from .report import print_json, say, show
-from .source import circuit_of, path_of
+from ..options import NUMBER, confined_option, json_option, param_option, read_params, read_signals
+from ..report import print_json, say, show
+from ..source import circuit_of, path_of
 
 
 @click.command("cost", short_help="measure what accuracy costs with every method")
@@ -61,9 +61,9 @@ def command(
     (ngspice-trap), that with reltol = 1e-6 (ngspice-tight), exponential junctions in place of ideal
     diodes (ngspice-junction).
     """
-    from ..compare.cost import cost
-    from ..output.files import check_target
-    from ..output.plot import check_format
+    from ...compare.cost import cost
+    from ...output.files import check_target
+    from ...output.plot import check_format
 
     if plot == "auto":
         plot = str(Path(path_of(netlist).name).with_suffix("")) + ".cost.png"

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
-from .options import NUMBER, confined_option, force_option, json_option, param_option, read_params
-from .report import print_json, say
-from .source import circuit_of, path_of
+from ..options import NUMBER, confined_option, force_option, json_option, param_option, read_params
+from ..report import print_json, say
+from ..source import circuit_of, path_of
 
 
 @click.command("magnetics", short_help="write currents and voltages of windings for OpenMagnetics")
@@ -38,9 +38,9 @@ def command(
     The file is an operating point in OpenMagnetics' format (MAS); without --winding it has all
     inductors.
     """
-    from ..output.atomic_write import whole
-    from ..output.files import check_target, output_error
-    from ..output.magnetics import operating_point
+    from ...output.atomic_write import whole
+    from ...output.files import check_target, output_error
+    from ...output.magnetics import operating_point
 
     circuit = circuit_of(netlist, read_params(params))
     target = Path(output or path_of(netlist).with_suffix(".mas.json").name)
