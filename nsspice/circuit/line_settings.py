@@ -101,8 +101,8 @@ def refuse_others(devices: Sequence[Device], findings: Findings) -> None:
         if device.smooth and device.letter in "dmqjz":
             findings.error(
                 "NS2066",
-                f"{device.name} cannot be read as broken lines: its current is no function of one "
-                "voltage",
+                f"{device.name} cannot be read as broken lines: its current is not a function "
+                "of one voltage",
                 device.span,
                 _INSTEAD.get(device.letter, "remove junctions=lines"),
             )

@@ -167,7 +167,7 @@ def read_record(folder: Path) -> dict[str, Any]:
 
 def _no_record(folder: Path, why: str) -> UsageError:
     hint = f"write one with nsspice run X.net --archive {folder}"
-    return UsageError(Diagnostic("NS4031", f"{folder} is no run folder: {why}", hint=hint))
+    return UsageError(Diagnostic("NS4031", f"{folder} is not a run folder: {why}", hint=hint))
 
 
 def changed_files(folder: Path, record: Mapping[str, Any]) -> list[str]:
@@ -202,7 +202,7 @@ def verify(folder: str | Path) -> tuple[list[str], list[Verdict]]:
     Raises
     ------
     UsageError
-        NS4031 if it is no run folder.
+        NS4031 if it is not a run folder.
     NetlistError
         If the stored deck cannot be read.
 

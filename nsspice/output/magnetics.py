@@ -48,7 +48,7 @@ def operating_point(
     Raises
     ------
     UsageError
-        NS4005 for a name that is no inductor of the deck, or if there is none.
+        NS4005 for a name that is not an inductor of the deck, or if there is none.
 
     Examples
     --------
@@ -69,7 +69,9 @@ def operating_point(
     for name in names:
         if name not in nodes:
             hint = suggest(name, nodes) or f"windings are inductors: {', '.join(nodes)}"
-            raise UsageError(Diagnostic("NS4005", f"{name} is no inductor of the deck", hint=hint))
+            raise UsageError(
+                Diagnostic("NS4005", f"{name} is not an inductor of the deck", hint=hint)
+            )
     if not names:
         message = "the deck has no inductor"
         hint = "a transformer is a pair of inductors and a K line"

@@ -82,7 +82,7 @@ def isolated(
             text = "solutions lie along a line"
             return Verdict.no(CLAIM, "the laws leave something free", Witness(text, moved, d))
     if found:
-        return Verdict.undecided(CLAIM, "inequalities alone do not tell")
+        return Verdict.undecided(CLAIM, "inequalities alone do not decide it")
     return Verdict.yes(CLAIM, "no direction satisfies the laws and inequalities")
 
 

@@ -46,7 +46,7 @@ class Journal:
             if path.exists() and path.stat().st_size:
                 if not resume:
                     message = f"{path} is there already"
-                    hint = "go on with --resume (resume=True), or choose another name"
+                    hint = "continue it with --resume (resume=True), or choose another name"
                     raise UsageError(Diagnostic("NS4018", message, hint=hint))
                 whole = self._read(head)
             self._file = path.open("r+b" if whole else "wb")
@@ -66,7 +66,7 @@ class Journal:
         if found != head:
             message = f"{self.path} belongs to another sweep: deck, points or version differ"
             if found.get("kind") != _KIND:
-                message = f"{self.path} is no journal of a sweep"
+                message = f"{self.path} is not the journal of a sweep"
             raise UsageError(Diagnostic("NS4018", message, hint="choose another name"))
         for line in lines[1:]:
             item = _parsed(line)

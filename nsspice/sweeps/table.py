@@ -153,7 +153,7 @@ class SweepTable:
         """
         axes = self.points.axes
         if axes is None:
-            message = "the points of this sweep are no grid"
+            message = "the points of this sweep do not form a grid"
             raise UsageError(
                 Diagnostic("NS4005", message, hint="give a list of values for each name")
             )

@@ -178,7 +178,7 @@ def test_each_difference_is_noted(foreign: Path) -> None:
         "kf of model npn1 cannot change the results",
         "model 1n4148 is not in the deck",
         "nowhere",
-        "models.lib is not needed any more",
+        "models.lib is no longer needed",
         "model other is not used",
         "subcircuit unused is not used",
     ):

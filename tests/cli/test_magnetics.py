@@ -89,7 +89,7 @@ def test_a_file_is_replaced_if_it_is_its_own(call: Call) -> None:
 @pytest.mark.parametrize(
     ("deck", "arguments", "words"),
     [
-        (TRANSFORMER, ("--winding", "r1"), "r1 is no inductor"),
+        (TRANSFORMER, ("--winding", "r1"), "r1 is not an inductor"),
         ("none\nV1 a 0 SIN(0 1 1k)\nR1 a 0 1\n", (), "the deck has no inductor"),
     ],
 )

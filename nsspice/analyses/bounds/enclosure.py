@@ -38,7 +38,9 @@ def signal_of(card: Measure) -> str:
     tree = None if card.expression is None else card.expression.node
     whole = card.start is None and card.stop is None and not card.conditions
     if card.operation not in OPERATIONS or tree is None or tree.op != "var" or not whole:
-        raise Lost(f"{card.name} is no AVG, PP, MAX or MIN of one voltage or current over a period")
+        raise Lost(
+            f"{card.name} is not an AVG, PP, MAX or MIN of one voltage or current over a period"
+        )
     return str(tree.value)
 
 

@@ -176,7 +176,7 @@ class Mode:
             row = row + self._sources[k] * model_of(home, factor)[None]
         for j, factor in output.dz:
             if j not in self._place:
-                raise Lost("a signal of a rate that is no state's")
+                raise Lost("a signal depends on the rate of a quantity that is not a state")
             row = row + self.matrix[self._place[j]] * model_of(home, factor)[None]
         return row
 

@@ -126,8 +126,8 @@ def _restless(circuit: Circuit, mna: MnaSystem, problem: UnsolvedStep, where: st
     return StepError(
         Diagnostic(
             "NS3007",
-            f"{name} has no consistent state {where}: when open it is told to close, when closed "
-            f"to open",
+            f"{name} has no consistent state {where}: its control closes it when it is open and "
+            f"opens it when it is closed",
             _span(circuit, [name]),
             "no stored quantity delays its control: give it hysteresis (VH), or a capacitor that "
             "delays its control",

@@ -43,7 +43,7 @@ class Carried(Traced):
             return other.model
         if isinstance(other, int | float):
             return float(other)
-        raise Lost("a parameter meets what is no number")
+        raise Lost("a parameter is combined with a value that is not a number")
 
     def __add__(self, other: Any) -> Any:
         return Carried(self.model + self._with(other))
@@ -88,7 +88,7 @@ class Carried(Traced):
         """Return the sign of the difference, which must be the same in all of the box."""
         if not isinstance(other, Carried) and not math.isfinite(other):
             if math.isnan(other):
-                raise Lost("a parameter is compared with what is no number")
+                raise Lost("a parameter is compared with a value that is not a number")
             return -1 if other > 0 else 1
         low, high = (self.model - self._with(other)).range()
         if low > 0.0 or high < 0.0:

@@ -176,5 +176,5 @@ def _source(circuit: Circuit, name: str) -> str:
     device = circuit.device(name.lower())
     if not isinstance(device, VoltageSource | CurrentSource):
         hint = "give it a V or I source to set, with its first value: Vduty duty 0 0.5"
-        raise wrong(f"a controller cannot set {name}: it is no independent source", hint)
+        raise wrong(f"a controller cannot set {name}: it is not an independent source", hint)
     return name.lower()

@@ -204,7 +204,7 @@ def hot_measure(solution: Solution, card: Measure) -> float:
         message = problem.diagnostics[0].message if isinstance(problem, NsspiceError) else ""
         raise ValueError(message or str(problem) or "the run has no closed form") from problem
     if found is None:
-        reason = "the model card has no table or thermal network, or the statistic is no avg, max"
+        reason = "the model card has no table or thermal network, or the statistic is not avg, max"
         raise ValueError(f"{name}: {reason}, min, pp (of tj) or avg, integ (of psw)")
     return found
 

@@ -209,5 +209,5 @@ def _card(name: str, parts: Sequence[str]) -> str:
 
 def _wrong(file: str, why: str) -> UsageError:
     hint = "vendors offer them as .xml files with a SemiconductorLibrary or a Package"
-    message = f"{file} is no thermal description for PLECS: {why}"
+    message = f"{file} is not a thermal description for PLECS: {why}"
     return UsageError(Diagnostic("NS4008", message, hint=hint))

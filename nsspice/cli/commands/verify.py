@@ -38,7 +38,7 @@ def command(folder: Path, as_json: bool) -> None:
                 say(f"  certificate holds: {errors} (relative, every row)")
             judged = [f"{kind} {count}" for kind, count in verdict.judged.items() if count]
             if verdict.law is None and verdict.passed:
-                say("  only its hash, rows and columns are checked: it is no transient")
+                say("  only its hash, rows and columns are checked: it is not a transient")
             elif judged:
                 say(f"  judged: {', '.join(judged)}")
     if changed or not all(verdict.passed for verdict in verdicts):

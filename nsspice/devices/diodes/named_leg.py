@@ -64,5 +64,5 @@ def _wrong_type(element: Element, key: str, diode: Model, findings: Findings) ->
         f"{key} of {element.name} needs a .model of type d, but {diode.name} is of type "
         f"{diode.type}",
         element.span,
-        f"the card stands at {diode.span}",
+        f"the card is at {diode.span}",
     )

@@ -145,7 +145,7 @@ def members(within: Within) -> list[tuple[list[Expr], Set]]:
         if not isinstance(K, Cone | Polyhedron | SecondOrderCone):
             raise wrong(
                 "NS6003",
-                f"{K!r} is no set for {variables[0].name}",
+                f"{K!r} is not a set for {variables[0].name}",
                 "give a Cone, Box, Polyhedron or SecondOrderCone",
             )
         found.append((variables, K))

@@ -119,7 +119,7 @@ def check_index(model: Model) -> None:
         name = own[unmatched].name
         raise wrong(
             "NS6005",
-            f"the equation of {name} is of index 3 or more: neither in it nor in its rate stands "
+            f"the equation of {name} is of index 3 or more: neither it nor its rate contains "
             "an unknown that it could determine",
             "replace it by its second derivative, with a start that satisfies it and its rate",
         )

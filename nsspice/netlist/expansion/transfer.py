@@ -28,7 +28,7 @@ MAX_ORDER = 16
 
 
 class NoRational(Exception):
-    """A function of s that is no quotient of polynomials; the text is why."""
+    """A function of s that is not a quotient of polynomials; the text is why."""
 
 
 def rational(tree: Node, name: str = "s") -> tuple[Polynomial, Polynomial]:
@@ -51,7 +51,7 @@ def rational(tree: Node, name: str = "s") -> tuple[Polynomial, Polynomial]:
     if op in ("var", "name"):
         if tree.value == name:
             return [0.0, 1.0], [1.0]
-        raise NoRational(f"{tree.value} is no constant")
+        raise NoRational(f"{tree.value} is not a constant")
     if op == "add":
         top, bottom = rational(args[0], name)
         for arg in args[1:]:
@@ -87,7 +87,7 @@ def rational(tree: Node, name: str = "s") -> tuple[Polynomial, Polynomial]:
             result = _product(result[0], top), _product(result[1], bottom)
         return result
     called = str(tree.value).lstrip("?") if op == "call" else op
-    raise NoRational(f"{called} of {name} is no quotient of polynomials")
+    raise NoRational(f"{called} of {name} is not a quotient of polynomials")
 
 
 def _sum(a: Polynomial, b: Polynomial) -> Polynomial:

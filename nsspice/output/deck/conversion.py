@@ -89,7 +89,7 @@ def convert(source: str | Path, *, confined: bool = False) -> Conversion:
         raise UsageError(Diagnostic("NS4032", message, hint=hint))
     left = {(w.code, w.message) for w in build(second.deck).warnings}
     notes = [_note(w, file) for w in warnings if (w.code, w.message) not in left]
-    notes += [f"{path.name} is not needed any more: what was used of it is in the deck"
+    notes += [f"{path.name} is no longer needed: what was used of it is in the deck"
               for path in first.deck.included]  # fmt: skip
     notes += [f"{name} is not used, and left out" for name in written.unused]
     return Conversion(written.text, tuple(dict.fromkeys(notes)))

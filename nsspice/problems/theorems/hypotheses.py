@@ -118,7 +118,9 @@ def uniformly_p_in_u(problem: StandardDVI) -> Verdict:
     if gap := problem.gap("g"):
         return Verdict.undecided(claim, gap)
     if not all(part.interval for part in problem.sets):
-        return Verdict.undecided(claim, "K is no product of intervals, for which this is judged")
+        return Verdict.undecided(
+            claim, "K is not a product of intervals, the only case that is judged"
+        )
     return _on_set(problem, uniformly_p(*problem.block("g", "u"), claim))
 
 
