@@ -1,4 +1,4 @@
-"""Which voltages are independent of each other: the question behind every normal tree.
+"""Which voltages are independent of each other: the question that every normal tree answers.
 
 A voltage is a linear form of the node potentials.  Plain branches are differences of two
 potentials, for which disjoint sets answer at once; perfect transformers relate voltages with

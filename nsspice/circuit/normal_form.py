@@ -168,7 +168,7 @@ def reference(mna: MnaSystem) -> Reference:
     Raises
     ------
     RegularityError
-        NS2063 if the island holds smooth nonlinear laws, or charges that are no states.
+        NS2063 if the island holds smooth nonlinear laws, or charges that are not states.
     """
     if mna.system.smooth is not None:
         smooth = ", ".join([d.name for d in mna.devices if d.smooth][:8])

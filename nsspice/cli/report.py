@@ -44,7 +44,7 @@ def say(text: str = "") -> None:
         encoding = stream.encoding or "ascii"
         stream.write(text.encode(encoding, "replace").decode(encoding) + "\n")
         stream.flush()
-    except OSError:  # nobody reads messages any more; the exit code still says it
+    except OSError:  # nobody reads messages now; the exit code still reports it
         pass
 
 

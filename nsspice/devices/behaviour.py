@@ -72,7 +72,7 @@ class Compiler:
         registers = [self.compile(arg) for arg in args]
         if op in ("and", "or"):
             return self._fold(op, registers)
-        return write(op, *registers)  # neg inv not pow if and the comparisons bear the same names
+        return write(op, *registers)  # neg inv not pow if and the comparisons have the same names
 
     def _chain(self, args: tuple[Node, ...], plain: str, inverse: str, marker: str) -> int:
         """Return a sum or a product; a ``neg`` term is subtracted, an ``inv`` factor divided by."""

@@ -274,7 +274,7 @@ class Device(Carrier):
         return []
 
     def initial_energy(self, layout: Layout, voltage: Callable[[str], float]) -> float:
-        """Return the energy [J] of what is no smooth law from which ``uic`` starts."""
+        """Return the energy [J] of what is not a smooth law from which ``uic`` starts."""
         return 0.0
 
 

@@ -52,7 +52,7 @@ class Parameter:
     hint : str
         What to do instead of a refused parameter.
     check : callable, optional
-        Reports what is wrong with a ``table``, which is no number.
+        Reports what is wrong with a ``table``, which is not a number.
     """
 
     name: str

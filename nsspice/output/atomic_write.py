@@ -16,7 +16,7 @@ SUFFIX = ".part"
 
 
 def aside(path: Path) -> Path:
-    """Return where a file is written until it is whole; itself if that is no ordinary file.
+    """Return where a file is written until it is whole; itself if that is not an ordinary file.
 
     Examples
     --------

@@ -127,7 +127,7 @@ def _beside(extreme: np.ufunc, values: Floats) -> Floats:
 
 
 def _together(flags: Flags) -> Flags:
-    """Return flags with those taken out in short runs: a single edge is no band."""
+    """Return flags with those taken out in short runs: a single edge is not a band."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
     kept = np.zeros(flags.size, dtype=bool)
     for begin, end in zip(edges[::2], edges[1::2], strict=True):

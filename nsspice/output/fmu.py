@@ -62,7 +62,7 @@ def write_fmu(
     Raises
     ------
     UsageError
-        NS4005 for an input that is no independent source, NS4008 for another ending than ``.fmu``,
+        NS4005 for an input that is not an independent source, NS4008 for a name without ``.fmu``,
         NS4010 if pythonfmu3 is not installed.
     OutputError
         NS4001 if the file cannot be written.

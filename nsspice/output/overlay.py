@@ -156,7 +156,7 @@ def plot(
         view = runs[0].view if runs else None
         shown = [n for s in runs[:1] for n in (s.columns if view is None else view.shown)]
         varying = [n for n in shown if any(moves(s[n]) for s in runs)]
-        apart = [n for n in varying if not _same([s[n] for s in runs])]  # the input is no family
+        apart = [n for n in varying if not _same([s[n] for s in runs])]  # the input is not a family
         names = [n for n in apart or varying or shown if unit(n)][:PANELS]
     else:
         names = list(columns)

@@ -122,7 +122,7 @@ def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
     Raises
     ------
     ValueError
-        If it is no raw file.
+        If it is not a raw file.
     OSError
         If it cannot be read.
 

@@ -33,7 +33,7 @@ def last_periods(solution: Solution) -> tuple[float, float] | None:
             on.setdefault(event.element, []).append(event.time)
     times = max(on.values(), key=len, default=[])
     end = float(solution.axis[-1])
-    # two turn-ons at one instant are no period
+    # two turn-ons at one instant are not a period
     instants = np.unique(np.array(times))
     if instants.size < _OFTEN or end - instants[-1] > 0.05 * (end - float(solution.axis[0])):
         return None

@@ -14,7 +14,7 @@ _ROUNDING = 8.0 * 2.0**-53
 
 
 def may_have_several(system: DescriptorSystem, K: Csc) -> bool:
-    """Return whether ``M = D + B K^-1 A`` is no P-matrix, with all switches open.
+    """Return whether ``M = D + B K^-1 A`` is not a P-matrix, with all switches open.
 
     Parameters
     ----------

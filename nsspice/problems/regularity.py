@@ -214,7 +214,7 @@ def inverses(matrices: Floats) -> Floats | None:
 def equilibration(matrices: Floats) -> tuple[Floats, Floats] | None:
     """Return factors of rows and of columns, (k, n) each, that bring entries near to one or below.
 
-    None where a row or a column is zero, or an entry is no number.
+    None where a row or a column is zero, or an entry is not a number.
 
     Examples
     --------

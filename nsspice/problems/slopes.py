@@ -97,7 +97,7 @@ class Shape:
 
 
 def shapes(tape: Tape) -> tuple[list[Shape | None], list[Ridge]]:
-    """Return the shape of each function, None where it is no sum of ridges, and the ridges.
+    """Return the shape of each function, None where it is not a sum of ridges, and the ridges.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def shapes(tape: Tape) -> tuple[list[Shape | None], list[Ridge]]:
 def _of_one_form(
     tape: Tape, register: int, known: Sequence[Shape | None], ridges: list[Ridge]
 ) -> Shape | None:
-    """Return an expression of a single linear form as a ridge, None if it is no such one."""
+    """Return an expression of a single linear form as a ridge, None if it is not one."""
     below = _below(tape, register)
     forms: list[dict[int, float]] = []
     affine: dict[int, tuple[float, float]] = {}
@@ -185,7 +185,7 @@ def _covered(tape: Tape, register: int, affine: dict[int, tuple[float, float]]) 
 
 
 def _factor(form: dict[int, float], base: dict[int, float]) -> float | None:
-    """Return the factor by which a linear form is another one, None if it is no multiple."""
+    """Return the factor by which a linear form is another one, None if it is not a multiple."""
     if form.keys() != base.keys():
         return None
     first = next(iter(base))

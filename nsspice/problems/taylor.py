@@ -237,7 +237,7 @@ class Models:
         return series * (1.0 / middle)
 
     def power(self, exponent: float) -> Models:
-        """Return powers of positive functions with an exponent that is no whole number.
+        """Return powers of positive functions with an exponent that is not a whole number.
 
         Raises
         ------

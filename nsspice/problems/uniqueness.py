@@ -134,7 +134,7 @@ def _open(reason: str, functions: Sequence[int] = (), pairs: Sequence[int] = ())
 def _ports(
     system: DescriptorSystem, beside: Parallels
 ) -> tuple[Floats, list[Port], tuple[int, ...]]:
-    """Return H0, the uncertain slopes, and the functions that are no sums of ridges."""
+    """Return H0, the uncertain slopes, and the functions that are not sums of ridges."""
     n, kept = system.n, beside.kept
     size = n + len(kept)
     A, B, D = (

@@ -74,7 +74,7 @@ def solve_mlcp(
     Raises
     ------
     ValueError
-        If a vector has another shape than the matrices need, or entries are no numbers.
+        If a vector has another shape than the matrices need, or entries are not numbers.
 
     Examples
     --------

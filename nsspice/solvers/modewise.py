@@ -120,7 +120,7 @@ def with_rows(system: DescriptorSystem, T: Floats) -> DescriptorSystem:
         A=rows(system.A),
         S=rows(system.S),
         row_kind=np.zeros(system.n, dtype=np.uint8),
-        elements=Elements([], []),  # combinations of rows are no elements
+        elements=Elements([], []),  # combinations of rows are not elements
     )
 
 

@@ -49,7 +49,7 @@ _FIRST_SEARCH, _LAST_SEARCH = 1e-9, 1e4  # time within which a trigger is looked
 
 
 class NoDerivative(Exception):
-    """The end of a run is no differentiable function of its beginning.
+    """The end of a run is not a differentiable function of its beginning.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ from .worker import Outcome, UnknownPlan, learn, run_chunk
 _CHUNKS = 64
 #: points of one chunk at most: what is lost with a worker, and what Ctrl-C waits for
 _LARGEST = 32
-#: a process that ends twice over a chunk that runs alone is no accident
+#: a process that ends twice over a chunk that runs alone is not an accident
 _ATTEMPTS = 2
 #: what is left to do is worth processes beyond this [s]: to start one takes some tenths
 _WORTH = 1.0

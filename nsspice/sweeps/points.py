@@ -130,7 +130,7 @@ def grid(over: Mapping[str, Sequence[float] | float]) -> Points:
     Raises
     ------
     UsageError
-        NS4005 for a value that is no finite number, NS4017 for too many points.
+        NS4005 for a value that is not a finite number, NS4017 for too many points.
 
     Examples
     --------

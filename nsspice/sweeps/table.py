@@ -149,7 +149,7 @@ class SweepTable:
         Raises
         ------
         UsageError
-            NS4005 if the points are no grid.
+            NS4005 if the points are not a grid.
         """
         axes = self.points.axes
         if axes is None:
@@ -201,7 +201,7 @@ class SweepTable:
     def to_xarray(self) -> Any:
         """Return an ``xarray.Dataset``: a dimension for each swept name of a grid, with units.
 
-        Points that are no grid have the one dimension ``point``.
+        Points that are not a grid have the one dimension ``point``.
         """
         xarray = need_library("xarray")
         axes = self.points.axes

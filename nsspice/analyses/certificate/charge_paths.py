@@ -17,7 +17,7 @@ import numpy as np
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem
 
-#: part of the largest voltage below which a pair bears none
+#: part of the largest voltage below which a pair counts as having none
 _NONE = 1e-9
 #: Numbers in the dense matrix at most (32 MB): beyond, nothing is explained.
 _MOST = 4_000_000
@@ -32,7 +32,7 @@ def unexplained(system: DescriptorSystem, moved: Floats, after: Floats) -> float
     moved : ndarray, shape (n,)
         Changes of charges [A s]; those of fluxes are left out.
     after : ndarray, shape (n,)
-        Unknowns after the instant: a pair that bears a voltage then has passed nothing.
+        Unknowns after the instant: a pair with a voltage then has passed nothing.
 
     Returns
     -------

@@ -22,7 +22,7 @@ from ...solvers.stepper import UnsolvedStep
 _AWAY = 1e3
 #: a residual that falls below this while a voltage grows has no zero, only a limit
 _VANISHES = 1e-8
-#: the square of more is no number, and energies are such squares
+#: the square of more is not a number, and energies are such squares
 RANGE = 1e150
 _NAMED = 6  # elements or nodes spelt out in one sentence
 
@@ -312,7 +312,7 @@ def lost_path(method: str, problem: UnsolvedStep) -> StepError:
 def _runaway(mna: MnaSystem, problem: UnsolvedStep) -> tuple[str, float] | None:
     """Return a node and its voltage [V] at the best point that no source can give, None without.
 
-    Where nothing carries a current the search goes on to ever larger voltages.
+    Where nothing carries a current the search continues to ever larger voltages.
     """
     if problem.point is None:
         return None

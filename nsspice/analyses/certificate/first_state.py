@@ -35,7 +35,7 @@ class FirstState:
         """Compare charges and fluxes that are ``given``, (n,), with unknowns ``found``, (n,)."""
         smooth = system.smooth
         if smooth is not None and smooth.Q.data.size:
-            return cls(0.0, 0.0)  # what smooth laws store is no form of the unknowns
+            return cls(0.0, 0.0)  # what smooth laws store is not a form of the unknowns
         reached = system.E.dot(found)
         own, worth = system.E.diagonal(), np.zeros(system.n)
         worth[own > 0.0] = 1.0 / np.sqrt(own[own > 0.0])

@@ -24,7 +24,7 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
     """Return the largest impulse of a wrong sign in jumps in closed form.
 
     Each is relative to the impulses that meet in its pair, but to no less than the charge (flux)
-    that all of the energy would be: what rounding makes of that is no impulse.  Limits of short
+    that all of the energy would be: what rounding makes of that is not an impulse.  Limits of short
     steps hold what ordinary values carry meanwhile, and are left out.  A switch may be open or
     closed: of the two impulses of its pair one vanishes.
 

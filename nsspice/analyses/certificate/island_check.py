@@ -102,7 +102,7 @@ class Examiner:
         self._active: Watcher | None = None
         passive = shows_passive(system)
         rest = None if passive else mna.without_lines()
-        #: what smooth laws store is no form of their unknowns, so that its energy is not known here
+        #: what smooth laws store is not a form of their unknowns: its energy is not known here
         self._passive = passive and system.smooth is None
         if not passive and (rest is None or not shows_passive(rest)):
             self._active = Watcher(system, H, step)

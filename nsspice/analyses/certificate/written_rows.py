@@ -111,7 +111,7 @@ class WrittenRows:
     def beside(self, columns: Sequence[str]) -> WrittenRows:
         """Return what judges rows of other columns, by the sizes of this table.
 
-        Rows of the same columns are judged here: earlier times than the last are no changes.
+        Rows of the same columns are judged here: times before the last one are ignored.
         """
         if list(columns) == list(self._column):
             return self

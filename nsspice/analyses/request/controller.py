@@ -102,7 +102,7 @@ class Controller:
         Raises
         ------
         UsageError
-            NS4005 for times that are impossible, and for what is no independent source.
+            NS4005 for times that are impossible, and for what is not an independent source.
         NetlistError
             For a signal or an element that does not exist.
         """

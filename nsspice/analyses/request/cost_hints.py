@@ -68,7 +68,7 @@ def cost_of(
     island : Island
     mna : MnaSystem
     method : str, optional
-        That has been used; by default the one that would be.
+        Which has been used; by default the one that would be.
     note : str
         Why it is not another one.
     analysis : Tran, optional

@@ -104,7 +104,7 @@ def read_deck(
     NetlistError
         With what cannot be read, and what is wrong with the values of all other lines.
     UsageError
-        NS1083 for a parameter that the deck does not have, NS4005 for a value that is no number.
+        NS1083 for a parameter that the deck does not have, NS4005 for a value that is not a number.
     """
     if not isinstance(source, str | Path):
         raise TypeError(

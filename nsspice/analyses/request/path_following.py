@@ -62,7 +62,7 @@ class Following:
         Raises
         ------
         UsageError
-            NS4030 for an island that stores energy: its solutions are no path of static ones.
+            NS4030 for an island that stores energy: its solutions are not a path of static ones.
         """
         if not system.static:
             storing = [d.name for d in island.devices if d.stores_energy][:4]

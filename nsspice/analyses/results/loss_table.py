@@ -62,7 +62,7 @@ class LossTable:
 
     @property
     def delivered(self) -> float:
-        """What sources that are no loads deliver in all, jumps included [W]."""
+        """What sources that are not loads deliver in all, jumps included [W]."""
         sources = (r for r in self.rows if r.kind == "source" and r.element not in self.loads)
         return self.delivered_in_jumps - math.fsum(row.power for row in sources)
 

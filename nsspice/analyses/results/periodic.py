@@ -44,7 +44,7 @@ class Periodic:
         """
         if not self.multipliers:
             return "stable"
-        # what a free charge or flux has is no instability
+        # what a free charge or flux has is not an instability
         largest = max(self.multipliers, key=abs)
         if abs(largest) <= 1.0 + self.tolerance:
             return "neutral" if abs(largest) >= 1.0 - self.tolerance else "stable"

@@ -303,7 +303,7 @@ class Trace:
     motion : Motion
     expression : Expression
     constants : mapping of str to float
-        Names in the expression that are no signals.
+        Names in the expression that are not signals.
     other : Expression or None
         What is subtracted.
     """

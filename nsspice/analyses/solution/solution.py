@@ -144,7 +144,7 @@ class IslandRun:
 
     @property
     def regularity(self) -> SolutionVerdict | None:
-        """Whether the solution is the only one, None if that is no question.
+        """Whether the solution is the only one, None if the question does not arise.
 
         It costs more than the run of a small circuit, and is computed when it is first read.
         """

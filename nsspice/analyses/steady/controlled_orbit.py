@@ -149,7 +149,7 @@ class _Map:
     def __call__(self, begin: Whole | None) -> Whole:
         """Return the end of a period, whose begin is that of a run if it is None."""
         self.periods += 1
-        # the run goes on behind the period: it has to wait at its end
+        # the run continues after the period: it has to wait at its end
         longest = self.period / _STEPS_IN_PERIOD
         analysis = Tran(4.0 * self.period, 4.0 * self.period, max_step=longest, uic=True)
         memory = None if begin is None else begin.memory

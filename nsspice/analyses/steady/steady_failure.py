@@ -46,7 +46,7 @@ def no_closed_form(number: int, reason: str, span: Span | None) -> UsageError:
 
 
 def no_derivative(problem: NoDerivative, mna: MnaSystem, span: Span | None) -> NumericalError:
-    """Return the error of a run that is no differentiable function of its beginning."""
+    """Return the error of a run that is not a differentiable function of its beginning."""
     names = ", ".join(
         dict.fromkeys(mna.pair_elements[p] for p in problem.pairs if p < len(mna.pairs))
     )

@@ -156,7 +156,7 @@ def _race(
     block: Floats,
     interrupts: Interrupts,
 ) -> None:
-    """Replace a runner whose race is lost, behind a block of its rows."""
+    """Replace a runner whose race is lost, after a block of its rows."""
     race = races[k]
     if race is not None:
         runners[k] = race.after(runners[k], block.shape[0], interrupts.check) or runners[k]

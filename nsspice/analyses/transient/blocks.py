@@ -47,7 +47,7 @@ def split(
         mna = island.assemble(request.temperature, request.values, tstep=tstep, tstop=tstop)
         if choose(island.problem_class, mna.system, settings).name != "modewise":
             return Blocks(circuit)
-        # an impulse is no function of time that could be handed on
+        # an impulse is not a function of time that could be handed on
         impulses = Impulses(mna)
         if any(impulses.may(link.signal) for link in found.links if link.source == number):
             return Blocks(circuit)

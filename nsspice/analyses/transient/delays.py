@@ -28,7 +28,7 @@ from .island_runner import IslandRunner
 
 #: steps in the shortest delay at least: one that was as long as it would wait for itself
 _STEPS = 4.0
-#: a step of a value, relative to the largest so far, that is no rounding of a solution
+#: a step of a value, relative to the largest so far, that is more than rounding of a solution
 _JUMP = 1e-9
 #: what two pieces may differ by from one polynomial, in units of the error of a step, and at least
 _MERGED, _EXACT = 1e-2, 1e-13

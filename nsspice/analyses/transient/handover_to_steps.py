@@ -44,7 +44,7 @@ class Race:
     def after(
         self, runner: IslandRunner, rows: int, check: Callable[[], None]
     ) -> IslandRunner | None:
-        """Return the runner that goes on in place of one by the exact engine, if any.
+        """Return the runner that takes over from one by the exact engine, if any.
 
         Parameters
         ----------

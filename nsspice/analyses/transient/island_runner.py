@@ -46,7 +46,7 @@ from .unused_initial_values import unkept
 if TYPE_CHECKING:
     from ..certificate.regularity import Judge
 
-_BEYOND = 1.1  # times the instant at which a path was lost: how far the points behind it are tried
+_BEYOND = 1.1  # times the instant at which a path was lost: how far later points are tried
 _FEW = 8  # implicit steps that are not worth a word
 BUDGET = 0.05  # [s] longest call inside the core: Ctrl-C waits no longer
 _WAIT = 1 << 17  # numbers recorded by all islands before they are checked: many at once cost less
@@ -480,7 +480,7 @@ class IslandRunner:
     def take_over(self, other: IslandRunner, row: Floats) -> None:
         """Go on in place of another runner of the same island, whose rows have been shown.
 
-        The row behind them, (1, columns), is the next one.
+        The row after them, (1, columns), is the next one.
         """
         self.between, self._held = other.between, row
 

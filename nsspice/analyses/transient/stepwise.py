@@ -282,7 +282,7 @@ def start(
     Raises
     ------
     UsageError
-        NS4005 for an input that is no independent source.
+        NS4005 for an input that is not an independent source.
 
     Examples
     --------

@@ -134,7 +134,7 @@ def _call(item: Node, args: list[str]) -> str:
         if len(points) == len(args) - 1 and all(
             a < b for a, b in zip(points[::2], points[2::2], strict=False)
         ):
-            # beyond the ends ngspice goes on with the last slope
+            # beyond the ends ngspice continues with the last slope
             inside = f"min(max({x},{_number(points[0])}),{_number(points[-2])})"
             return f"pwl({inside},{','.join(repr(p) for p in points)})"
     raise UsageError(

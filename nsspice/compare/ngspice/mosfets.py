@@ -17,7 +17,7 @@ from ...netlist.deck import Element
 from .deck_writer import DeckWriter, untranslatable
 from .diodes import switch_model, write_leg
 
-#: words of a VDMOS card that are no parameters of ngspice's
+#: words of a VDMOS card that are not parameters of ngspice's
 _NOT_WRITTEN = ("nchan", "pchan", "switch", "t_abs")
 
 

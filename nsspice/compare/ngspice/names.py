@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-# a word that is no number with a suffix and holds nothing that ngspice takes for an operator
+# a word that is not a number with a suffix and holds nothing that ngspice takes for an operator
 _NODE = re.compile(r"[a-z_][a-z0-9_]*|[1-9][0-9]*")
 _PLAIN = re.compile(r"[a-z][a-z0-9_]*")
 #: words with a meaning of their own in ngspice's expressions

@@ -1,4 +1,4 @@
-"""How ngspice is to be run, and what stands for the laws that it does not have."""
+"""How ngspice is run, and what replaces the laws that it does not have."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def distances(
     for name in signals:
         x, loose, sharp, at = _differences(solution, run, name, rows, slack)
         span = float(np.ptp(at))
-        # rounding is no range
+        # rounding is not a range
         if span <= 1e-9 * float(np.max(np.abs(at), initial=0.0)):
             span = float(np.max(np.abs(at), initial=0.0))
         curve, largest = Curve(x, loose), float(loose.max())

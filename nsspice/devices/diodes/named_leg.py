@@ -58,7 +58,7 @@ def named_leg(
 
 
 def _wrong_type(element: Element, key: str, diode: Model, findings: Findings) -> None:
-    """Report a junction whose model is no diode."""
+    """Report a junction whose model is not a diode."""
     findings.error(
         "NS2002",
         f"{key} of {element.name} needs a .model of type d, but {diode.name} is of type "

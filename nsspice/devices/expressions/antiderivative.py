@@ -175,7 +175,7 @@ def _constant(node: Node) -> bool:
 
 
 def _polynomial(node: Node) -> _Polynomial | None:
-    """Return the coefficients of a polynomial of the one signal, None if it is no polynomial."""
+    """Return the coefficients of a polynomial of the one signal, None if it is not a polynomial."""
     form = linear_form(node)
     if form is not None:
         return [form[0], *form[1].values()]

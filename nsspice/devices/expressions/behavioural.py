@@ -178,7 +178,7 @@ class Behavioural(Reading):
     ) -> None:
         super().__init__(element, expression, given)
         self.quantity = element.quantity
-        #: the same element as a resistance, None if it is no rising broken line of its own voltage
+        #: the same element as a resistance, None if it is not a rising line of its own voltage
         self.conductor: BrokenConductor | None = None
         self.m = given.get("m", 1.0)
         #: a current source whose current others read has it as an unknown

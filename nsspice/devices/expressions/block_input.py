@@ -20,7 +20,7 @@ class BlockInput(Device):
     """A voltage source from a node to ground that follows what another block hands on.
 
     Nothing that senses draws a current, so that the source carries none.  A sensed current is the
-    voltage of a node that bears its name.
+    voltage of a node of the same name.
 
     Parameters
     ----------
@@ -74,5 +74,5 @@ class Sensed(Carrier):
         self.node = f"i({name})"
 
     def current(self, layout: Layout) -> Functional:
-        """Return the voltage of the node that bears its name."""
+        """Return the voltage of the node of the same name."""
         return Functional(z=layout.voltage(self.node, "0"))

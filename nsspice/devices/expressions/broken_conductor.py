@@ -50,7 +50,7 @@ class Conduction(NamedTuple):
 
 
 def conduction_of(line: BrokenLine | None) -> Conduction | None:
-    """Return a broken line of a voltage as branches, None if it is no such current.
+    """Return a broken line of a voltage as branches, None if it is not such a current.
 
     Examples
     --------

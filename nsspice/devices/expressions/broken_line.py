@@ -65,7 +65,7 @@ def broken_line(node: Node, signals: Mapping[str, float]) -> BrokenLine | None:
     Returns
     -------
     BrokenLine or None
-        None if it is no such expression, or reads other signals.
+        None if it is not such an expression, or reads other signals.
 
     Examples
     --------
@@ -136,7 +136,7 @@ def _chosen(control: BrokenLine, low: BrokenLine, high: BrokenLine) -> BrokenLin
 
 
 def _at(line: BrokenLine, x: float) -> Affine:
-    """Return the law at a point that is no place."""
+    """Return the law between two places."""
     return line.laws[sum(x > place for place in line.places)]
 
 

@@ -1,6 +1,6 @@
 r"""Comparisons of signals in expressions, as switches: where a law jumps, the instant is an event.
 
-``if(v(ref) > v(saw), 5, 0)`` is no smooth function, and a solver that meets it as a number finds
+``if(v(ref) > v(saw), 5, 0)`` is not a smooth function, and a solver that meets it as a number finds
 the jump only by accident.  Here a comparison whose truth is all that counts becomes a *comparator*:
 an ideal switch between 1 V and a node with a resistor to ground, closed while it is true,
 

@@ -53,7 +53,7 @@ class Stored(Device):
         self, element: Element, expression: Expression, given: Mapping[str, float]
     ) -> None:
         super().__init__(element)
-        #: the same element without a tape, None if the expression is no broken line
+        #: the same element without a tape, None if the expression is not a broken line
         self.layers: Layered | None = None
         self.expression = expression
         self.m = given.get("m", 1.0)

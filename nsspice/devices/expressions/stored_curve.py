@@ -160,7 +160,7 @@ def gated_curve(
     Returns
     -------
     (StoredCurve, list of Comparator) or None
-        Layers with gates, and the comparators that these read; None if it is no such charge.
+        Layers with gates, and the comparators that these read; None if it is not such a charge.
     """
     found = piecewise(_summed(node), name)
     form = None if found is None else linear_form(found[0])

@@ -238,7 +238,7 @@ class CurrentSwitch(_Switch):
         self._stamp_pair(stamper)
 
     def stamp(self, stamper: Stamper) -> None:
-        """Write the control; a current that is no unknown yet becomes one."""
+        """Write the control; a current that is not an unknown yet becomes one."""
         layout = stamper.layout
         control = self.control.current(layout) if self.control is not None else Functional()
         self._stamp_control(stamper, stamper.of_unknowns(self.controls[0], control))

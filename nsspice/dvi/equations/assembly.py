@@ -264,7 +264,7 @@ class _Writer:
             waveforms=tuple(_waveform(signal) for signal in self.signals),
             row_kind=kinds,
             smooth=smooth,
-            # every state is a store of its own; what else is in E and G is no network
+            # every state is a store of its own; what else is in E and G is not a network
             elements=Elements([(k, -1, 1.0) for k in states] if plain else [], []),
         )
         places = {name: Functional(z=((k, 1.0),)) for k, name in enumerate(self.columns)}
@@ -366,7 +366,7 @@ class _Writer:
 
 
 def _waveform(signal: str) -> Waveform:
-    if signal == "1" or "#" in signal:  # what is given from outside is no function of the time
+    if signal == "1" or "#" in signal:  # what is given from outside is not a function of the time
         return Waveform("dc", (1.0,))
     if signal == "time":
         return Waveform("pwl", (0.0, 0.0, _LONGEST, _LONGEST))

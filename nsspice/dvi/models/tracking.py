@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-#: relative residuals below this are no reason for a closer look
+#: relative residuals below this need no closer look
 _FINE = 1e-9
 #: where so large a part of the terms is left a point is not a solution
 _ROUGH = 0.1

@@ -54,7 +54,7 @@ class Impacts:
     Parameters
     ----------
     restitution : mapping of str to float
-        By contact force; 0 for conditions that are no contacts.
+        By contact force; 0 for conditions that are not contacts.
     contacts : Resting
     stop : float
         Length of the run [s].
@@ -158,7 +158,7 @@ class Impacts:
     ) -> tuple[Floats, Floats] | None:
         """Return unknowns (n,) and impulses (m,) after an impact by Newton's law.
 
-        None if something takes part that is no condition on states, or whose multiplier does not
+        None if something takes part that is not a condition on states, or whose multiplier does not
         act on rates of states alone.
         """
         values = states_of(assembly, before, turn.time)

@@ -7,7 +7,7 @@ those of its ends, for a polyhedron ``{C u <= d}`` one for each row,
 
     -g = C' \\mu, \\qquad 0 \\le \\mu \\perp d - C u \\ge 0.
 
-A second-order cone is no polyhedron; problems over it are solved by its projection.
+A second-order cone is not a polyhedron; problems over it are solved by its projection.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ def matrix(value: Any, name: str, shape: tuple[int, int] | None = None) -> Float
     Raises
     ------
     UsageError
-        NS6003 if its shape does not fit, or an entry is no number.
+        NS6003 if its shape does not fit, or an entry is not a number.
     """
     if hasattr(value, "toarray"):
         value = value.toarray()

@@ -92,7 +92,7 @@ class _Binder:
         called = str(node.value)[1:] if op == "call" and str(node.value)[0] == "?" else ""
         known = called in ARITY or called in NAMES
         if called and not known and called not in (own := scope.known("functions")):
-            # before its arguments: those of p(r1) are no parameters
+            # before its arguments: those of p(r1) are not parameters
             raise unknown_function(called, own, _place(called, formula))
         args = []
         for arg in node.args:
@@ -181,7 +181,7 @@ def _place(word: str, formula: Formula) -> Span:
 
 
 def _check_table(node: Node, formula: Formula) -> None:
-    """Refuse a table whose x go down: it is no function."""
+    """Refuse a table whose x go down: it is not a function."""
     if node.op != "call" or node.value != "pwl":
         return
     xs = node.args[1::2]

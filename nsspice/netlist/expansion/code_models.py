@@ -170,7 +170,7 @@ def _hysteresis(block: Block) -> list[str]:
 
 
 def _table(block: Block) -> list[str]:
-    """Return the piecewise linear function, which goes on beyond its ends in straight lines."""
+    """Return the piecewise linear function, extended beyond its ends by straight lines."""
     xs, ys = block.numbers("x_array"), block.numbers("y_array")
     if len(xs) != len(ys) or len(xs) < 2:
         raise _wrong(block, "x_array and y_array must have the same number of values, 2 at least")

@@ -73,7 +73,7 @@ class Expander:
         self._coded: set[str] = set()
 
     def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate | CodeTemplate]:
-        """Declare a body's names, decide its conditionals, return what is to be built."""
+        """Declare a body's names, decide its conditionals, return what has to be built."""
         scope.declare(body)
         self.cards += [(card, line, scope) for card, line in body.cards]
         if not any(isinstance(item, Choice) for item in body.items):

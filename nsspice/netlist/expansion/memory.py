@@ -64,7 +64,7 @@ def without_memory(name: str, formula: Formula, scope: Scope) -> tuple[Formula, 
     Raises
     ------
     Unreadable
-        For a wrong number of arguments, or a start value that is no number.
+        For a wrong number of arguments, or a start value that is not a number.
     """
     made: list[Element] = []
     initial: dict[str, Param] = {}

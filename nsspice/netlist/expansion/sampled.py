@@ -38,7 +38,7 @@ def sampled_parts(
     Raises
     ------
     Unreadable
-        For values that are no numbers, or impossible.
+        For values that are not numbers, or impossible.
     """
     numbers: dict[str, float] = {}
     for key, text in item.params.items():

@@ -266,7 +266,7 @@ class Scope:
     # -- parameters of elements and models ---------------------------------------------------
 
     def param(self, name: str, given: ParamText) -> Param:
-        """Return an evaluated ``name=value``; a word that is no parameter stays a word."""
+        """Return an evaluated ``name=value``; a word that is not a parameter stays a word."""
         value = given.value
         if isinstance(value, Formula):
             return Param(name, self.expression(value, own_current=True), given.span)

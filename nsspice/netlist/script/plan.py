@@ -163,7 +163,7 @@ class Planner:
             done += 1
 
     def _body(self, loop: Loop) -> bool:
-        """Execute the body of a loop once; return whether it goes on."""
+        """Execute the body of a loop once; return whether it continues."""
         self._count += 1
         if self._count > MAX_STATEMENTS:
             raise _End(f"it takes more than {MAX_STATEMENTS} steps")
