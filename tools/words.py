@@ -2,7 +2,7 @@
 
 Exits with 1 if one of them is used in the files named as arguments; without any, all pages of the
 documentation and the comments of the compiled core are read, and for their English also the
-changelog and the docstrings and comments of the package.
+changelog and the docstrings, comments and messages of the package.
 """
 
 from __future__ import annotations
@@ -56,6 +56,15 @@ ENGLISH = {
     r"need be": "if necessary",
     r"as (?:it|they) stands?": "as it is",
 }
+#: in Python files, where the nouns of the compiled core do not occur
+PLAIN = {
+    r"(?<!here )is no (?!longer|more|further|such|one\b)\w+": "is not a",
+    r"(?<!here )are no (?!longer|more|further|such)\w+": "are not",
+    r"any more": "no longer",
+    r"bears?": "has, carries",
+}
+#: a text with so many spaces is a sentence, not a key
+_SPACES = 2
 
 
 def compiled(words: dict[str, str]) -> list[tuple[re.Pattern[str], str]]:
@@ -65,6 +74,7 @@ def compiled(words: dict[str, str]) -> list[tuple[re.Pattern[str], str]]:
 
 _ENGLISH = compiled(ENGLISH)
 PATTERNS = compiled(WORDS) + _ENGLISH
+_PYTHON = _ENGLISH + compiled(PLAIN)
 _CODE = re.compile(
     r"^ *```.*?^ *```|``[^`]*``|`[^`\n]*`|\]\([^)]*\)", flags=re.DOTALL | re.MULTILINE
 )
@@ -110,7 +120,7 @@ def comments_of(source: str) -> str:
 
 
 def docstrings_of(source: str) -> str:
-    """Return the docstrings and comments of Python code, line by line.
+    """Return the docstrings, comments and messages of Python code, line by line.
 
     Examples
     --------
@@ -122,10 +132,19 @@ def docstrings_of(source: str) -> str:
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
             found[token.start[0] - 1] = token.string
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            for k in range(node.lineno - 1, node.end_lineno or node.lineno):
-                found[k] = "" if _NO_PROSE.match(lines[k]) else lines[k]
+    tree = ast.parse(source)
+    docs = [
+        n for n in ast.walk(tree) if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant)
+    ]
+    for node in docs:
+        for k in range(node.lineno - 1, node.end_lineno or node.lineno):
+            found[k] = "" if _NO_PROSE.match(lines[k]) else lines[k]
+    inside = {id(node.value) for node in docs}
+    for part in ast.walk(tree):
+        if not isinstance(part, ast.Constant) or not isinstance(part.value, str):
+            continue
+        if id(part) not in inside and part.value.count(" ") >= _SPACES:
+            found[part.lineno - 1] += " " + " ".join(part.value.split())
     return "\n".join(found)
 
 
@@ -135,7 +154,7 @@ def read(page: Path) -> tuple[str, list[tuple[re.Pattern[str], str]]]:
     if page.suffix == ".rs":
         return comments_of(text), PATTERNS
     if page.suffix == ".py":
-        return docstrings_of(text), _ENGLISH
+        return docstrings_of(text), _PYTHON
     return text, _ENGLISH if page.name == "CHANGELOG.md" else PATTERNS
 
 

@@ -20,7 +20,7 @@ _ESSENTIAL = frozenset(
 #: elements so much larger (resistors) or smaller (capacitors) than others of their kind are tried
 #: as parasitics; what they do is measured, so that this decides about nothing but the time it takes
 _APART = 1e4
-#: a measure sees the difference of a law as so much less, since few parts of a circuit are junctions;
+#: a measure sees the difference of a law as so much less, since few parts are junctions;
 #: a line of hundreds of pieces saves nothing
 _LAWS, _FINEST = 5.0, 2e-3
 

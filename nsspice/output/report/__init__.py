@@ -1,7 +1,7 @@
 """The report: one self-contained page of a run, to be opened offline, sent or archived.
 
 Read ``page`` (the document), ``content`` (tables and sentences), ``waveforms`` (the data and the
-script that draws it).  Imports the files beside this folder, and ``analyses``.
+script that draws it).  Imports the files next to this folder, and ``analyses``.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Each function looks at a problem and answers with a :class:`~nsspice.problems.Verdict`: the theorem
 applies, or the hypothesis that fails, or the one that is not decided.  That a theorem does not
 apply says nothing about its conclusion.  Read ``standard`` (the form they speak of), ``hypotheses``
-(what is checked), then a theorem.  Imports the files beside this folder.
+(what is checked), then a theorem.  Imports the files next to this folder.
 
 Source: T. Roubal, *Non-smooth analysis in engineering and economics* (2015), chapters 2 and 3, and
 appendix B (R. Cibulka, T. Roubal 2017), with errors of the print corrected.
