@@ -263,6 +263,14 @@ def test_implicit_steps_do_not_prolong_a_ramp_that_ends_where_they_begin():
     # steps of 5 ns through chatter at gigahertz are told
     assert run.certificate.taken > run.certificate.granted
     assert not run.certificate.passed
+    # what they have taken is in the balance of energy, which is whole
+    energy = run.certificate.energy
+    assert energy.complete
+    assert energy.drift < 1e-10
+    assert energy.scheme > 0.0
+    size = abs(energy.delivered) + abs(energy.dissipated) + abs(energy.stored)
+    left = energy.delivered - energy.dissipated - energy.stored - energy.lost - energy.scheme
+    assert abs(left) <= 1e-9 * size
     assert np.abs(run["v(clock)"]).max() <= 1.0
 
 

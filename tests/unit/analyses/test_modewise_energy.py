@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from decks.chattering import MODULATOR
 
 import nsspice
 
@@ -201,12 +200,6 @@ V2 g 0 PULSE(0 1 0 0 0 5u 10u)
     assert found.dissipated == pytest.approx(simpson, rel=1e-7)
     assert found.of > 300
     assert found.steps < 20
-
-
-def test_implicit_steps_are_among_the_segments():
-    """They pass over gigahertz at which a comparator oscillates."""
-    found = energy(MODULATOR.partition("\n")[2])
-    assert found.scheme > 0.0
 
 
 #: 24 states are more than become forms; rates of sources below and above those of the line
