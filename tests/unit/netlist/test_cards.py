@@ -55,6 +55,24 @@ def test_dc() -> None:
     assert card.sweeps[0].values == (1.0, 10.0, 100.0)
 
 
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ("dec 1 1 1k", (1.0, 10.0, 100.0, 1000.0)),
+        ("dec 2 1 10", (1.0, 10.0**0.5, 10.0)),
+        ("dec 1 1 50", (1.0, 10.0)),  # beyond the last whole point there is none
+        ("oct 1 3 24", (3.0, 6.0, 12.0, 24.0)),
+        ("lin 3 0 10", (0.0, 5.0, 10.0)),
+        ("lin 1 7 9", (7.0,)),
+        ("list 5 1", (5.0, 1.0)),
+    ],
+)
+def test_frequencies(given: str, wanted: tuple[float, ...]) -> None:
+    (card,) = deck(".ac " + given).analyses
+    assert card.frequencies == pytest.approx(wanted, rel=1e-15)
+    assert card.frequencies[-1] == wanted[-1]
+
+
 def test_step() -> None:
     found = deck(".step param r list 1 2 3", ".step temp 0 100 50", ".step dec param f 1 10 2")
     first, second, third = found.steps
