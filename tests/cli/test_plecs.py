@@ -110,7 +110,7 @@ def test_the_command_prints_a_card(call: Call) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("not xml", "no thermal description"),
+        ("not xml", "not a thermal description"),
         ("<Package class='Diode'/>", "no Package with SemiconductorData"),
         (DIODE.replace('class="Diode"', 'class="Thyristor"'), "neither switch nor diode"),
         (DIODE.replace("<Voltage>0 600</Voltage>", "<Voltage>0</Voltage>"), "for each current"),
