@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from nsspice.netlist import Expression, NetlistError
+from nsspice.netlist import Expression, NetlistError, parse_text
 from nsspice.netlist.expressions.function_values import SCALAR, array_functions
 from nsspice.netlist.expressions.functions import ARITY
 
@@ -114,19 +114,32 @@ def test_a_difference_the_other_way_round() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "code", "column"),
+    ("text", "code"),
     [
-        ("", "NS1020", 0), ("1+", "NS1020", 1), ("(1", "NS1020", 0), ("1)", "NS1020", 1),
-        ("1 2", "NS1020", 2), ("a=1", "NS1020", 1), ("2x*", "NS1020", 2), ("zz", "NS1021", 0),
-        ("foo(1)", "NS1022", 0), ("sin()", "NS1022", 0), ("sin(1,2)", "NS1022", 0),
-        ("pwl(1,2,3,4)", "NS1022", 0), ("limit(1,2)", "NS1022", 0), ("v(a+b+c", "NS1020", 0),
-        ("v(1,2,3)", "NS1022", 0), ("1 @ 2", "NS1020", 2), ("#", "NS1020", 0),
+        ("", "NS1020"), ("1+", "NS1020"), ("(1", "NS1020"), ("1)", "NS1020"), ("1 2", "NS1020"),
+        ("a=1", "NS1020"), ("2x*", "NS1020"), ("zz", "NS1021"), ("foo(1)", "NS1022"),
+        ("sin()", "NS1022"), ("sin(1,2)", "NS1022"), ("pwl(1,2,3,4)", "NS1022"),
+        ("limit(1,2)", "NS1022"), ("v(a+b+c", "NS1020"), ("v(1,2,3)", "NS1022"),
+        ("1 @ 2", "NS1020"), ("#", "NS1020"),
     ],
 )  # fmt: skip
-def test_refused(text: str, code: str, column: int) -> None:
+def test_refused(text: str, code: str) -> None:
     with pytest.raises(NetlistError) as caught:
         Expression.parse(text)
     assert caught.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("text", "marked"),
+    [("(12", "("), ("2*(12", "("), ("12)+3", ")"), ("12+", "+"), ("1 23", "23"), ("a=1", "="),
+     ("12 @ 2", "@"), ("3*foo(1)", "foo")],
+)  # fmt: skip
+def test_what_is_wrong_is_marked(text: str, marked: str) -> None:
+    line = f"B1 a 0 V={{{text}}}"
+    with pytest.raises(NetlistError) as caught:
+        parse_text(f"carets\n{line}\n")
+    span = caught.value.diagnostics[0].span
+    assert line[span.column - 1 :][: span.length] == marked
 
 
 def test_lazy_branches_and_logic() -> None:

@@ -7,7 +7,13 @@ from numpy.testing import assert_allclose, assert_array_equal
 from nsspice import _core
 from nsspice.problems import Tape, TapeBuilder
 from nsspice.problems.tape import OPS
-from nsspice.solvers.moreau import core_tape
+from nsspice.solvers.moreau import (
+    all_slopes_of,
+    core_tape,
+    function_slopes,
+    function_values,
+    source_slopes_of,
+)
 
 X = np.array([-30.0, -2.5, -0.7, -0.3, -1e-3, -1e-9, 1e-9, 1e-3, 0.3, 0.5, 0.7, 1.5, 2.5, 30.0])
 L = np.longdouble
@@ -35,6 +41,25 @@ def binary(name, x, y):
     builder.output(builder.op(name, builder.unknown(0), builder.unknown(1)))
     values, places, slopes = evaluate(builder.finish(), np.column_stack([x, y]))
     return values[:, 0], slopes if places else np.zeros((len(x), 2))
+
+
+def test_slopes_by_unknowns_sources_and_the_time():
+    """x u + t^2 and y, which is known at three points: u, 0, x, 2 t; and 0, 1, 0, 0."""
+    builder = TapeBuilder()
+    x, y, u, t = builder.unknown(0), builder.unknown(1), builder.source(0), builder.time()
+    builder.output(builder.op("add", builder.op("mul", x, u), builder.op("square", t)))
+    builder.output(y)
+    tape = builder.finish()
+    z, sources = np.array([[2.0, 3.0], [-1.0, 5.0], [0.5, 0.0]]), np.array([[7.0], [11.0], [13.0]])
+    times = np.array([0.25, 3.0, -2.0])
+    assert_array_equal(function_values(tape, z, sources, times)[:, 0], [14.0625, -2.0, 10.5])
+    by_unknown, by_source, by_time = all_slopes_of(tape, z, sources, times)
+    assert_array_equal(by_unknown[:, 0], [[7.0, 0.0], [11.0, 0.0], [13.0, 0.0]])
+    assert_array_equal(by_unknown[:, 1], [[0.0, 1.0]] * 3)
+    assert_array_equal(by_source[:, :, 0], [[2.0, 0.0], [-1.0, 0.0], [0.5, 0.0]])
+    assert_array_equal(by_time, [[0.5, 0.0], [6.0, 0.0], [-4.0, 0.0]])
+    assert_array_equal(function_slopes(tape, z, sources, times), by_unknown)
+    assert_array_equal(source_slopes_of(tape, z, sources, times), by_source)
 
 
 def test_the_instructions_of_both_sides_are_the_same():
