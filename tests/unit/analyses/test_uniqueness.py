@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import nsspice
+from nsspice.analyses.certificate.regularity import Judge
 
 LATCH = """two inverting stages with gain 5, clamped to 0..5 V, {0} and {1} at the start
 Vcc p 0 DC 5
@@ -26,6 +27,32 @@ C2 2 0 1n IC={1}
 
 def codes(sol):
     return {w.code for w in sol.warnings}
+
+
+class Points:
+    """Recorded points of one node, 1 A through two diodes: how they share it is free."""
+
+    def __init__(self, count: int, lam: tuple[float, float]) -> None:
+        self.z, self.lam, self.roles = np.zeros((count, 1)), np.tile(lam, (count, 1)), None
+
+    def __len__(self) -> int:
+        return len(self.z)
+
+
+def test_points_that_are_not_recorded_count_as_the_core_counted_them():
+    circuit = nsspice.read("share\nI1 0 a 1\nD1 a 0\nD2 a 0\n.op\n")
+    mna = circuit.islands[0].assemble(analysis="dc")
+    judge = Judge(mna, mna.system)
+    both = Points(2, (0.5, 0.5))
+    assert judge.undetermined(both, 2) == 2
+    assert judge.undetermined(both, 1) == 1
+    assert judge.undetermined(both, 5) == 5  # three were not recorded
+    assert judge.undetermined(both, 0) == 0
+    # one diode alone: its current is that of the source
+    alone = nsspice.read("alone\nI1 0 a 1\nD1 a 0\n.op\n").islands[0].assemble(analysis="dc")
+    one = Points(2, (1.0, 0.0))
+    one.lam = one.lam[:, :1]
+    assert Judge(alone, alone.system).undetermined(one, 5) == 0
 
 
 def test_a_latch_keeps_its_state_and_short_steps_are_unique():
