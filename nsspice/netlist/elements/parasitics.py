@@ -16,7 +16,6 @@ from dataclasses import replace
 
 from ..deck import Element, Param
 from ..findings import Findings, Unreadable
-from .core import with_core
 
 SERIES = ("rser", "lser")
 PARALLEL = ("rpar", "cpar")
@@ -57,6 +56,8 @@ def taken_apart(element: Element, findings: Findings) -> Iterator[Element]:
     >>> [(e.name, e.nodes) for e in deck.elements[:3]]
     [('l1', ('l1#rser', '0')), ('l1.rser', ('a', 'l1#rser')), ('l1.cpar', ('a', '0'))]
     """
+    from .core import with_core
+
     given = {key: p for key, p in element.params.items() if key in PARASITICS}
     if "portnum" in element.params:
         if "rser" in given:

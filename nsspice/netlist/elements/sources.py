@@ -11,8 +11,6 @@ from ..expressions.node import call, num
 from ..findings import Unreadable
 from ..text.lines import Line
 from ..text.statement import Item
-from .broken_line import points_of
-from .controlled import table_law
 from .reading import Reader, flat
 from .template import Formula, ParamText, SourceTemplate, Template, Value
 from .terminals import Terminals
@@ -124,6 +122,8 @@ def _port(terminals: Terminals, port: dict[str, ParamText], item: Item) -> None:
 
 def _table(terminals: Terminals, result: Template, points: list[Item]) -> None:
     """Let the current of a source follow a table of the voltage across it (LTspice)."""
+    from .controlled import table_law
+
     result.value = table_law(terminals, voltage(*result.nodes), points)
     result.quantity = "i"
 
@@ -180,6 +180,8 @@ def _waveform(terminals: Terminals, value: SourceTemplate, word: Item, kind: str
     value.kind = kind
     arguments = _arguments(terminals)
     if kind == "pwl":
+        from .broken_line import points_of
+
         arguments, value.relative, value.repeats = points_of(terminals, arguments)
     reader = terminals.reader
     value.values = reader.values(line, arguments, f"an argument of {kind}")
