@@ -1,4 +1,4 @@
-"""Public names of a package that are imported from their homes when they are first used (PEP 562).
+"""What is imported when it is first used: public names of a package (PEP 562), other packages.
 
 A small deck needs few of the modules, and loading all of them would take longer than its
 simulation.
@@ -43,6 +43,39 @@ def lazily(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
         return value
 
     return load
+
+
+def need_library(name: str, install: str = "", instead: str = "") -> Any:
+    """Return a package that is not installed together with this one.
+
+    Parameters
+    ----------
+    name : str
+        Module to import: ``pyarrow.parquet``.
+    install : str
+        What pip installs; the package by default.
+    instead : str
+        What works without it, a clause: ``write .csv or .npz``.
+
+    Raises
+    ------
+    UsageError
+        NS4010 if it is missing, with the way to get it.
+
+    Examples
+    --------
+    >>> need_library("json").__name__
+    'json'
+    """
+    try:
+        return import_module(name)
+    except ImportError as error:
+        from .errors import Diagnostic, UsageError
+
+        package = name.partition(".")[0]
+        hint = f"pip install {install or package}" + (f", or {instead}" if instead else "")
+        message = f"this needs the package {package}, which is not installed"
+        raise UsageError(Diagnostic("NS4010", message, hint=hint)) from error
 
 
 @cache

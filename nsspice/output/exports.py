@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..analyses.signals.signal_names import unit
 from ..errors import Diagnostic, UsageError
+from ..lazy import need_library
 from .atomic_write import whole
 from .csv import write_csv
 from .files import output_error
@@ -20,6 +20,7 @@ from .files import output_error
 if TYPE_CHECKING:
     from ..analyses.solution.solution import Solution
 
+_need = partial(need_library, instead="write .csv or .npz")
 _Writer = Callable[["Solution", Path, "Sequence[str] | None"], None]
 
 #: by which a later run knows that it may replace the file
@@ -39,7 +40,7 @@ def _npz(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
 
 def _parquet(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
     """Write a Parquet file (pyarrow): a column each, its unit in the metadata of the field."""
-    arrow, parquet = need_library("pyarrow"), need_library("pyarrow.parquet")
+    arrow, parquet = _need("pyarrow"), _need("pyarrow.parquet")
     names, rows = solution.table(columns)
     fields = [arrow.field(n, arrow.float64(), metadata={"unit": unit(n)}) for n in names]
     about = {"title": solution.title, "generator": _MARK}
@@ -50,7 +51,7 @@ def _parquet(solution: Solution, path: Path, columns: Sequence[str] | None) -> N
 
 def _hdf5(solution: Solution, path: Path, columns: Sequence[str] | None) -> None:
     """Write an HDF5 file (h5py): a data set for each column, its unit as an attribute."""
-    h5py = need_library("h5py")
+    h5py = _need("h5py")
     names, rows = solution.table(columns)
     with h5py.File(path, "w") as file:
         file.attrs.update(generator=_MARK, title=solution.title, **solution.parameters)
@@ -87,7 +88,7 @@ def check_export(path: Path) -> None:
     """
     found = _FORMATS.get(path.suffix.lower())
     if found is not None:
-        need_library(found[1])
+        _need(found[1])
 
 
 def save(solution: Solution, path: str | Path, columns: Sequence[str] | None = None) -> None:
@@ -152,25 +153,10 @@ def _export(writer: _Writer, solution: Solution, path: Path, columns: Sequence[s
 
 def to_xarray(solution: Solution, columns: Sequence[str] | None = None) -> Any:
     """Return an ``xarray.Dataset``, as :meth:`Solution.to_xarray` does."""
-    xarray = need_library("xarray")
+    xarray = _need("xarray")
     axis = solution.axis_name or "point"
     names = list(solution.columns if columns is None else columns)
     data = {n: (axis, np.asarray(solution[n]), {"units": unit(n)}) for n in names}
     coordinates = {axis: (axis, solution.axis, {"units": unit(axis)})}
     attributes = {"title": solution.title, "analysis": solution.analysis, **solution.parameters}
     return xarray.Dataset(data, coordinates, attributes)
-
-
-def need_library(name: str) -> ModuleType:
-    """Return a package, or say which one is missing."""
-    try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        package = name.partition(".")[0]
-        raise UsageError(
-            Diagnostic(
-                "NS4010",
-                f"this needs the package {package}, which is not installed",
-                hint=f"pip install {package}, or write .csv or .npz",
-            )
-        ) from error

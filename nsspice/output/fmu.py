@@ -12,7 +12,6 @@ import re
 import shutil
 import tempfile
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from ..analyses.transient.held import HeldSources
 from ..analyses.transient.stepwise import checked_inputs
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
+from ..lazy import need_library
 from ..netlist.deck import TranCard
 from .atomic_write import whole
 from .files import output_error
@@ -71,7 +71,7 @@ def write_fmu(
     if path.suffix.lower() != ".fmu":
         hint = f"write {path.with_suffix('.fmu')}"
         raise UsageError(Diagnostic("NS4008", f"an FMU is a .fmu file, not {path}", hint=hint))
-    builder = _builder()
+    builder = need_library("pythonfmu3", "nsspice[fmu]").FmuBuilder
     refuse_sampled(circuit.deck, "an FMU")
     held = HeldSources.of(circuit, checked_inputs(circuit, inputs)).values
     deck = circuit.deck
@@ -121,13 +121,3 @@ def _build(folder: Path, spec: dict[str, Any], deck: Any, builder: Any, path: Pa
     made = builder.build_FMU(script, dest=folder / "made", project_files=parts)
     with whole(path) as part:
         shutil.copy(made or folder / "made" / f"{spec['name']}.fmu", part)
-
-
-def _builder() -> Any:
-    """Return what packs units."""
-    try:
-        return import_module("pythonfmu3").FmuBuilder
-    except ImportError as error:
-        hint = "pip install nsspice[fmu]"
-        message = "FMUs are packed by pythonfmu3, which is not installed"
-        raise UsageError(Diagnostic("NS4010", message, hint=hint)) from error

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..analyses.solution.plot_points import drawn
 from ..errors import Diagnostic, UsageError
+from ..lazy import need_library
 from .atomic_write import whole
 from .chosen import (
     CROWD,
@@ -163,19 +164,9 @@ def finished(figure: Any, path: str | Path | None, dark: bool) -> Any:
 
 def new_figure() -> Any:
     """Return an empty figure that needs no display and touches no global state."""
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise UsageError(
-            Diagnostic(
-                "NS4010",
-                "plots need the package matplotlib, which is not installed",
-                hint="pip install matplotlib",
-            )
-        ) from error
+    backend = need_library("matplotlib.backends.backend_agg")
 
-    class Picture(Figure):
+    class Picture(need_library("matplotlib.figure").Figure):  # type: ignore[misc]
         """A figure that a notebook shows without any setting."""
 
         def _repr_png_(self) -> bytes:
@@ -184,7 +175,7 @@ def new_figure() -> Any:
             return stream.getvalue()
 
     figure = Picture(layout="constrained", dpi=120)
-    FigureCanvasAgg(figure)
+    backend.FigureCanvasAgg(figure)
     return figure
 
 

@@ -22,7 +22,7 @@ from multiprocessing.context import BaseContext
 from typing import Any
 
 from ..errors import Diagnostic, UsageError
-from ..output.exports import need_library
+from ..lazy import need_library
 from .plan import Plan
 from .points import Floats
 from .worker import Outcome, UnknownPlan, learn, run_chunk

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Diagnostic, UsageError, suggest
+from ..lazy import need_library
 from ..output.atomic_write import whole
-from ..output.exports import need_library
 from ..output.files import check_table_format, output_error
 from .points import Floats, Points
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ...errors import Diagnostic, UsageError
+from ...lazy import need_library
 
 
 class HandedOver:
@@ -84,16 +84,7 @@ class HandedOver:
         UsageError
             NS4010 if pandas is not installed.
         """
-        try:
-            import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
-        except ImportError as error:
-            raise UsageError(
-                Diagnostic(
-                    "NS4010",
-                    "to_pandas() needs the package pandas, which is not installed",
-                    hint="pip install pandas, or use sol.table() for plain arrays",
-                )
-            ) from error
+        pandas = need_library("pandas", instead="use sol.table() for plain arrays")
         frame = pandas.DataFrame({name: self._run[name] for name in self._run.columns})
         if self._run.axis_name:
             frame.index = pandas.Index(self._run.axis, name=self._run.axis_name)

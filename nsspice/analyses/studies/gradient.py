@@ -11,6 +11,7 @@ import numpy as np
 
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError, suggest
+from ...lazy import need_library
 from ...netlist.deck import Sweep
 from ..gradients.differentiated import differentiated
 from ..gradients.refusals import undone
@@ -47,9 +48,7 @@ class Gradient:
 
     def to_pandas(self) -> Any:
         """Return a table with a row for each measure."""
-        import pandas
-
-        return pandas.DataFrame(self.derivatives).T
+        return need_library("pandas").DataFrame(self.derivatives).T
 
 
 def gradient(

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ... import __version__
-from ...errors import Diagnostic, UsageError
+from ...lazy import need_library
 from ..agent_tools import Tools
 
 _INSTRUCTIONS = (
@@ -45,13 +45,9 @@ def server_of(tools: Tools) -> Any:
     UsageError
         NS4010 without the package mcp.
     """
-    try:
-        from mcp.server import MCPServer
-    except ImportError as error:
-        message = "serve-mcp needs the package mcp (version 2), which is not installed"
-        hint = "pip install 'nsspice[mcp]'"
-        raise UsageError(Diagnostic("NS4010", message, hint=hint)) from error
-    server = MCPServer("nsspice", instructions=_INSTRUCTIONS, version=__version__)
+    server = need_library("mcp.server", "'nsspice[mcp]'").MCPServer(
+        "nsspice", instructions=_INSTRUCTIONS, version=__version__
+    )
     for tool in tools.all():
         server.add_tool(tool)
     return server
