@@ -1,4 +1,4 @@
-"""``--controller``: digital controllers in C, from a command line and never from a deck."""
+"""``--controller``: digital controllers in C and FMUs, from a command line, never from a deck."""
 
 from __future__ import annotations
 
@@ -35,16 +35,22 @@ def read_controllers(items: Sequence[str], confined: bool) -> list[Controller]:
     for item in items:
         path, *rest = item.split() or [""]
         given = dict(word.partition("=")[::2] for word in rest)
-        unknown = [key for key in given if key not in (*_NUMBERS, *_NAMES)]
-        if not path or unknown or "period" not in given:
+        more = {key: value for key, value in given.items() if key not in (*_NUMBERS, *_NAMES)}
+        unit = path.lower().endswith(".fmu")
+        if not path or (more and not unit) or "period" not in given:
             raise UsageError(Diagnostic("NS4005", f"--controller cannot be {item!r}", hint=_HINT))
-        times = {key: _seconds(key, given[key]) for key in _NUMBERS if key in given}
+        times = {key: _number(key, given[key]) for key in _NUMBERS if key in given}
         reads, writes = (read_signals([given.get(key, "")]) or [] for key in _NAMES)
-        found.append(Controller.from_library(path, reads=reads, writes=writes, **times))
+        if unit:
+            values = {key: _number(key, value) for key, value in more.items()}
+            period = times.pop("period")
+            found.append(Controller.from_fmu(path, period, reads, writes, values, **times))
+        else:
+            found.append(Controller.from_library(path, reads=reads, writes=writes, **times))
     return found
 
 
-def _seconds(key: str, text: str) -> float:
+def _number(key: str, text: str) -> float:
     value, why = spice_number(text)
     if value is None:
         message = f"the {key} of a controller cannot be {text!r}"

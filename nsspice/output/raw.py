@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -106,18 +106,20 @@ def _title(solution: Solution) -> str:
     return ", ".join([" ".join(solution.title.split()) or "nsspice", *values])
 
 
-def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
+def read_raw(path: str | Path, imaginary: bool = False) -> tuple[list[str], npt.NDArray[Any]]:
     """Read the first plot of a raw file of ngspice or nsspice: binary or text, real or complex.
 
     Parameters
     ----------
     path : str or Path
+    imaginary : bool
+        Keep the imaginary parts of a complex file.
 
     Returns
     -------
     names : list of str
     data : ndarray, shape (len(names), points)
-        Real parts; a file that ends early has as many points as are complete.
+        Real parts, or complex numbers; a file that ends early has as many points as are complete.
 
     Raises
     ------
@@ -161,7 +163,8 @@ def read_raw(path: str | Path) -> tuple[list[str], npt.NDArray[np.float64]]:
     else:
         size = len(body) // (8 * count * width) * count * width
         numbers = np.frombuffer(body, "<f8", min(size, points * count * width))
-    table = numbers.reshape(-1, count, width)[:points, :, 0]
+    parts = numbers.reshape(-1, count, width)[:points]
+    table = parts[:, :, 0] + 1j * parts[:, :, 1] if imaginary and width == 2 else parts[:, :, 0]
     return names, np.ascontiguousarray(table.T)
 
 

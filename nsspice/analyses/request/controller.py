@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -94,6 +94,38 @@ class Controller:
         from .c_library import CStep
 
         law = CStep(path, len(reads), len(writes))
+        return cls(period, reads, writes, law, delay, offset)
+
+    @classmethod
+    def from_fmu(
+        cls,
+        path: str | Path,
+        period: float,
+        reads: Sequence[str | Adc],
+        writes: Sequence[str | Pwm],
+        parameters: Mapping[str, float] | None = None,
+        delay: float = 0.0,
+        offset: float = 0.0,
+    ) -> Controller:
+        """Return a controller that is a unit for co-simulation, FMI 2 or 3.
+
+        Parameters
+        ----------
+        path : str or Path
+            ``law.fmu``; its inputs are ``reads``, its outputs ``writes``, in its order.
+        period, reads, writes, delay, offset
+            Those of the controller.
+        parameters : mapping of str to float, optional
+            Values of its parameters.
+
+        Raises
+        ------
+        UsageError
+            NS4005 for a unit that cannot be loaded or does not fit, NS4010 without fmpy.
+        """
+        from .fmu_unit import FmuStep
+
+        law = FmuStep(path, len(reads), len(writes), parameters or {})
         return cls(period, reads, writes, law, delay, offset)
 
     def checked(self, circuit: Circuit) -> Controller:
