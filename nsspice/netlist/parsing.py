@@ -20,6 +20,7 @@ from .expansion.draws import Draws
 from .expansion.expand import Expander
 from .expansion.parts import Parts
 from .expansion.scope import Scope
+from .expansion.wound import wound
 from .expressions import expression_parser
 from .findings import Findings, Unreadable
 from .text import statement
@@ -256,7 +257,7 @@ def _parse(
     _evaluate_all(deck, scope, findings)
     deck.initial.update(expander.initial)
     deck.sampled, deck.delays = expander.sampled, expander.delays
-    deck.elements, deck.included = expander.elements, files.included
+    deck.elements, deck.included = wound(expander.elements, findings), files.included
     deck.seed = seed
     if files.scripts:
         from .script.plan import computes, plan

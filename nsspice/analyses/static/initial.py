@@ -20,6 +20,9 @@ from ..request.pinned import hold
 from ..signals.curve import Floats
 from .dc_start import start_dc, without_storage
 
+#: a current that says which pairs of a guess conduct [A]
+_TRACE = 1e-6
+
 
 def start(
     circuit: Circuit,
@@ -85,7 +88,9 @@ def initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
 def guess_of(
     circuit: Circuit, mna: MnaSystem, more: Mapping[str, float] | None = None
 ) -> tuple[Floats, Floats] | None:
-    """Return the ``.nodeset`` voltages as a point to stay close to, None without any.
+    """Return a point to stay close to: ``.nodeset`` voltages, diodes that are ``on``.
+
+    None without any of them.
 
     Parameters
     ----------
@@ -95,7 +100,15 @@ def guess_of(
     more : mapping of str to float, optional
         Voltages [V] by node that go before those of ``.nodeset``.
     """
-    return _point_near({**_voltages(circuit.deck.nodesets, mna), **(more or {})}, mna, mna.system)
+    near = {**_voltages(circuit.deck.nodesets, mna), **(more or {})}
+    guess = _point_near(near, mna, mna.system)
+    on = {e.name for e in circuit.deck.elements if e.letter == "d" and "on" in e.flags}
+    pairs = [k for k, name in enumerate(mna.pair_elements) if name in on]
+    if pairs:
+        z, multipliers = guess or (np.zeros(mna.system.n), np.zeros(mna.system.m))
+        multipliers[pairs] = _TRACE
+        guess = z, multipliers
+    return guess
 
 
 def _point_near(
@@ -125,7 +138,7 @@ def _conducting(system: DescriptorSystem, z: Floats) -> Floats:
     slack = system.q - system.B.dot(z)
     touched = system.B.abs().dot(np.abs(z)) > 0.0
     near = slack <= 1e-3 * np.abs(z).max(initial=0.0)
-    return np.where(touched & near, 1e-6, 0.0)
+    return np.where(touched & near, _TRACE, 0.0)
 
 
 def as_controlled(system: DescriptorSystem, z: Floats) -> DescriptorSystem:

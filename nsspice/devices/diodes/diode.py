@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from ...netlist.findings import Findings
 from ..device import Context, Device, check_flags, check_model
@@ -133,6 +133,7 @@ class Diode(LegDevice):
         inert("mfg", "manufacturer"),
         inert("type", "kind of diode"),
     )
+    FLAGS: ClassVar[tuple[str, ...]] = ("on", "off")
     NOISE = ()
     __slots__ = ("law", "parts")
 

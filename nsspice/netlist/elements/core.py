@@ -67,9 +67,7 @@ def with_core(element: Element, findings: Findings) -> Iterator[Element]:
     element, given = replace(element, params=kept), element.params
     if chan:
         core = _Chan.of(element, chan)
-        table = [num(v) for point in core.table() for v in point]
-        law = Expression(call("pwl", var("i"), *table), element.span)
-        element = replace(element, value=law, quantity="flux")
+        element = _with_table(element, core.table())
         stops = core.stops()
         loop, first = core.errors()
         message = f"{element.name}: Chan's core is fitted by a table and {len(stops)} stops; "
@@ -85,6 +83,19 @@ def with_core(element: Element, findings: Findings) -> Iterator[Element]:
     yield from _parts(element, stops, rest)
 
 
+def hysteretic(
+    element: Element, table: Sequence[tuple[float, float]], stops: Sequence[tuple[float, float]]
+) -> Iterator[Element]:
+    """Yield an inductor of a table (current [A], flux [V s]) and stops (limit [A], [H])."""
+    yield from _parts(_with_table(element, table), stops, 0.0)
+
+
+def _with_table(element: Element, table: Sequence[tuple[float, float]]) -> Element:
+    values = [num(v) for point in table for v in point]
+    law = Expression(call("pwl", var("i"), *values), element.span)
+    return replace(element, value=law, quantity="flux")
+
+
 def _parts(
     element: Element, stops: Sequence[tuple[float, float]], remanence: float
 ) -> Iterator[Element]:
@@ -95,6 +106,8 @@ def _parts(
     initial = element.params.get("ic")
     current = 0.0 if initial is None else _number(element, initial)
     total = sum(limit for limit, _ in stops)
+    # what nothing else decides at an operating point is no current in a stop
+    flags = {"on": where}
 
     def source(letter: str, label: str, nodes: tuple[str, str], value: float) -> Element:
         law = Source(value, None, "", (), {}, where)
@@ -113,9 +126,9 @@ def _parts(
         )
         yield started(part, -remanence * limit)
         yield source("i", f"{name}.iu{k}", (upper, lower), limit)
-        yield Element(f"{name}.du{k}", "d", (lower, upper), where, node_spans=spans)
+        yield Element(f"{name}.du{k}", "d", (lower, upper), where, flags=flags, node_spans=spans)
         yield source("i", f"{name}.id{k}", (b, lower), limit)
-        yield Element(f"{name}.dd{k}", "d", (lower, b), where, node_spans=spans)
+        yield Element(f"{name}.dd{k}", "d", (lower, b), where, flags=flags, node_spans=spans)
 
 
 def _stops(element: Element, param: Param | None) -> list[tuple[float, float]]:

@@ -104,7 +104,7 @@ def passive(reader: Reader, line: Line, items: list[Item]) -> Template:
 
 
 def coupling(reader: Reader, line: Line, items: list[Item]) -> Template:
-    """Read ``K L1 L2 [L3 ...] k``."""
+    """Read ``K L1 L2 [L3 ...] k [core]``; a core may have one winding."""
     terminals = Terminals(reader, line, items)
     rest = terminals.rest()
     pairs = terminals.params({"k"})
@@ -114,17 +114,12 @@ def coupling(reader: Reader, line: Line, items: list[Item]) -> Template:
         result.value = terminals.param_value(pairs["k"])
     elif rest:
         last = rest.pop()
-        given = len(rest) > 2 and (rest[-1].kind != "word" or read_number(rest[-1].text))
+        given = rest and (rest[-1].kind != "word" or read_number(rest[-1].text))
         if last.kind == "word" and given:
-            where = line.span(last.start, last.end)
-            message = f"{terminals.name}: the core model {last.text} is not simulated"
-            text = (
-                "remove it for a linear core; for saturation write Flux={expression of x} on "
-                "an L line"
-            )
-            raise Unreadable("NS1002", message, where, text)
+            result.model, result.model_span = last.text, line.span(last.start, last.end)
+            last = rest.pop()
         result.value = reader.value(line, last, "a coupling coefficient")
-    if len(rest) < 2:
+    if len(rest) < (1 if result.model else 2):
         message = f"{terminals.name}: two inductors and a coefficient are needed"
         raise Unreadable("NS1008", message, result.span, hint)
     result.controls = tuple(terminals.word(item, "an inductor") for item in rest)
