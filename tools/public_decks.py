@@ -1,6 +1,6 @@
 """What nsspice does with decks that others have written: a table of what runs and what is refused.
 
-usage: python tools/public_decks.py FOLDER|LIST [--seconds 20] [--read] [--json FILE]
+usage: python tools/public_decks.py FOLDER|LIST [--seconds 20] [--read] [--ngspice] [--json FILE]
 
 A list has one path of a deck in each line, relative to its folder; lines with # are comments.  The
 decks stay where they are: public collections are not part of this repository.
@@ -20,6 +20,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from ngspice_judge import judged
+
 import nsspice
 from nsspice.analyses.studies.batch import jobs_of
 from nsspice.errors import NsspiceError
@@ -35,13 +37,18 @@ def main() -> None:
     parser.add_argument("source", type=Path, help="folder of decks, or list of paths")
     parser.add_argument("--seconds", type=int, default=20, help="time for one deck")
     parser.add_argument("--read", action="store_true", help="only read the decks")
+    parser.add_argument("--ngspice", action="store_true", help="compare each kind of analysis")
     parser.add_argument("--json", type=Path, help="write what was found for each deck")
     given = parser.parse_args()
     found = {}
+    what = "read" if given.read else "judge" if given.ngspice else "run"
     for path in decks(given.source):
         name = os.path.relpath(path, given.source if given.source.is_dir() else ".")
-        found[name] = entry = in_a_child(path, given.seconds, given.read)
-        print(f"{entry['verdict']:<9}{name}  {entry.get('message', '')}"[:160], flush=True)
+        found[name] = entry = in_a_child(path, given.seconds, what)
+        print(
+            f"{entry['verdict']:<9}{name}  {entry.get('message', entry.get('ngspice', ''))}"[:200],
+            flush=True,
+        )
     if given.json:
         given.json.write_text(json.dumps(found, indent=1))
     print()
@@ -56,14 +63,14 @@ def decks(source: Path) -> list[Path]:
     return [source.parent / line for line in lines if line]
 
 
-def in_a_child(path: Path, seconds: int, only_read: bool) -> dict[str, Any]:
+def in_a_child(path: Path, seconds: int, what: str) -> dict[str, Any]:
     """Return what happens to a deck, in a process of its own that may take some time."""
     with tempfile.NamedTemporaryFile() as store:
         child = os.fork()
         if child == 0:
             signal.alarm(seconds)
             with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
-                entry = outcome(path, only_read)
+                entry = outcome(path, what)
             Path(store.name).write_text(json.dumps(entry))
             os._exit(0)
         _, status = os.waitpid(child, 0)
@@ -73,7 +80,7 @@ def in_a_child(path: Path, seconds: int, only_read: bool) -> dict[str, Any]:
         return {"verdict": "late" if late else "crashed", "message": f"status {status}"}
 
 
-def outcome(path: Path, only_read: bool) -> dict[str, Any]:
+def outcome(path: Path, what: str) -> dict[str, Any]:
     """Return verdict and findings of one deck."""
     entry: dict[str, Any] = {"verdict": "refused"}
     try:
@@ -81,9 +88,11 @@ def outcome(path: Path, only_read: bool) -> dict[str, Any]:
         entry["warnings"] = [f"{w.code} {w.message}" for w in circuit.warnings]
         jobs_of(circuit.deck)
         entry["verdict"] = "failed"
-        if not only_read:
+        if what == "run":
             circuit.run()
-        entry["verdict"] = "read" if only_read else "runs"
+        elif what == "judge":
+            entry["ngspice"] = judged(path, circuit)
+        entry["verdict"] = "read" if what == "read" else "runs"
     except NsspiceError as error:
         entry["errors"] = [f"{d.code} {d.message}" for d in error.diagnostics]
         entry["message"] = entry["errors"][0]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ..errors import Diagnostic, NetlistError, Span, suggest
 from .cards.control import CardReader
 from .cards.noise_sources import draw_waveforms
-from .deck import DcCard, Deck
+from .deck import Deck
 from .elements.reading import Reader
 from .expansion.body import Body, BodyReader
 from .expansion.draws import Draws
@@ -246,11 +246,14 @@ def _parse(
     draws = Draws(seed, params)
     scope = Scope(None, "", {}, set(), draws=draws)
     scope.fixed.update({name.lower(): as_float(value) for name, value in params.items()})
+    swept = scope.fixed.pop("temper", None)
     scope.parts = Parts(reader)
     expander = Expander(findings, bodies)
     items = expander.choose(scope, body)
     cards = CardReader(deck, reader, scope, expander)
     cards.prepare()
+    if swept is not None:
+        deck.temperature = scope.temperature = swept
     expander.expand(scope, items)
     expander.check_controls()
     expander.check_levels()
@@ -268,7 +271,7 @@ def _parse(
         cards.read()
     draw_waveforms(deck, findings)
     _check_given(deck, scope, findings)
-    _check_temperature(deck, scope, findings)
+    deck.thermal = scope.used_temper
     if draws.used:
         message = "the deck draws random values: they are the same in each run"
         hint = "--seed draws others, and so does each .step; nsspice tolerance shows a spread"
@@ -283,16 +286,6 @@ def _parse(
     findings.raise_errors(deck)
     deck.warnings = findings.warnings
     return Reading(deck, body, scope, files.scripts)
-
-
-def _check_temperature(deck: Deck, scope: Scope, findings: Findings) -> None:
-    """Warn about values made of temper in a deck that sweeps the temperature."""
-    sweeps = [sweep for card in deck.analyses if isinstance(card, DcCard) for sweep in card.sweeps]
-    swept = [sweep for sweep in (*deck.steps, *sweeps) if sweep.kind == "temp"]
-    if swept and scope.used_temper:
-        message = f"temper in parameters and values is {deck.temperature:g}, even while it is swept"
-        hint = "use tc1= of a resistor, or temper in a B source: these follow the sweep"
-        findings.warning("NS1084", message, swept[0].span, hint)
 
 
 def _check_given(deck: Deck, scope: Scope, findings: Findings) -> None:

@@ -142,6 +142,13 @@ def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     return build(again)
 
 
+def at_temperature(circuit: Circuit, temperature: float | None) -> Circuit:
+    """Return a circuit whose values are computed from a temperature [C], where any is at all."""
+    if temperature is None or not circuit.deck.thermal:
+        return circuit
+    return read_again(circuit.deck, {"temper": temperature})
+
+
 def again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     """Return the circuit of a deck, read again only if some parameters are changed."""
     return read_again(deck, params) if params else build(deck)

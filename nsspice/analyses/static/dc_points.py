@@ -19,6 +19,7 @@ from ..certificate.failure import named_failure
 from ..certificate.followed_path import of_linearised
 from ..certificate.island_check import Examiner, judge_of_points, sampling
 from ..certificate.regularity import SolutionVerdict
+from ..request.load import at_temperature
 from ..request.path_following import PATH_METHODS, Following
 from ..request.request import Request
 from ..signals.curve import Floats
@@ -135,7 +136,11 @@ class PointsOfIsland:
             else:
                 values[name] = float(axis[first])
         marks = {name: _MARK * (1.0 + k) for k, name in enumerate(self.sources)}
-        mna = self.island.assemble(temperature, {**values, **marks}, analysis="dc")
+        island = self.island
+        if self.circuit.deck.thermal and "temp" in self.others:
+            place = self.circuit.islands.index(island)
+            island = at_temperature(self.circuit, temperature).islands[place]
+        mna = island.assemble(temperature, {**values, **marks}, analysis="dc")
         waveforms = list(mna.system.waveforms)
         times = np.arange(float(last - first))
         for name, axis in self.sources.items():

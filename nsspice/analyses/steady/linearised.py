@@ -20,7 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...circuit import Circuit, Island, MnaSystem
-from ...errors import Diagnostic, NumericalError, Span, StepError
+from ...devices.passive.resistor import Resistor
+from ...errors import Diagnostic, NumericalError, Span, StepError, UsageError
 from ...problems.csc import Csc
 from ...problems.descriptor import DescriptorSystem, Functional
 from ...solvers.moreau import MoreauStepper, function_slopes, function_values, source_slopes_of
@@ -184,8 +185,11 @@ def operating_point(
     island: Island,
     stimuli: Mapping[str, complex],
     request: Request,
+    alternating: bool = True,
 ) -> Point:
     """Return the DC solution of an island, and the equations about it.
+
+    Unless what is asked for is not ``alternating``, resistors have their resistance ``ac=`` there.
 
     Raises
     ------
@@ -212,6 +216,11 @@ def operating_point(
         elif not closed:
             active[switch.pair], at_corner[switch.pair] = False, False
     corners = dict.fromkeys(mna.pair_elements[j] for j in np.flatnonzero(at_corner))
+    others = _resistances(island) if alternating else {}
+    if others:
+        values = {**request.values, **others}
+        mna = island.assemble(request.temperature, values, analysis="dc")
+        system = mna.system
     found = stimulated(mna, system, stimuli)
     p = 0 if system.smooth is None else system.smooth.F.shape[1]
     slopes, source_slopes = np.zeros((p, system.n)), np.zeros((p, len(found.system.waveforms)))
@@ -230,6 +239,25 @@ def operating_point(
     return Point(
         mna, found, z, np.flatnonzero(active), slopes, source_slopes, tuple(corners), functions
     )
+
+
+def _resistances(island: Island) -> dict[str, float]:
+    """Return the resistances that are others for small signals [Ohm].
+
+    Raises
+    ------
+    UsageError
+        NS4020 for one that is zero on one side only: the equations have other unknowns.
+    """
+    found = {}
+    for device in island.devices:
+        if isinstance(device, Resistor) and device.small_signal is not None:
+            found[device.name] = device.small_signal
+            if (device.small_signal == 0.0) != (device.value == 0.0):
+                message = f"{device.name} is a short circuit at DC or for small signals only"
+                hint = "give it a small resistance instead of zero"
+                raise UsageError(Diagnostic("NS4020", message, device.span, hint))
+    return found
 
 
 def respond(

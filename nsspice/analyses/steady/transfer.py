@@ -111,7 +111,7 @@ def _gains(
     parts = [circuit.parts(name) for name in outputs]
     found = [0.0] * len(outputs)
     for home in sorted({h for terms in parts for h, _, _ in terms}):
-        point = operating_point(circuit, circuit.islands[home], stimuli, request)
+        point = operating_point(circuit, circuit.islands[home], stimuli, request, False)
         if not point.stimulated.columns:
             continue
         local = [n for terms in parts for h, n, _ in terms if h == home]

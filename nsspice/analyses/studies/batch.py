@@ -307,6 +307,9 @@ def of_job(circuit: Circuit, job: Job, request: Request) -> tuple[Circuit, Job, 
 
         for sweep, _ in job.steps:
             check_sweep(circuit, sweep)
+    temperature = next((v for s, v in job.steps if s.kind == "temp"), None)
+    if deck.thermal and temperature is not None:
+        parameters["temper"] = temperature
     if job.alterations:
         circuit, job = altered_circuit(circuit, job, parameters)
     elif parameters:
@@ -314,7 +317,7 @@ def of_job(circuit: Circuit, job: Job, request: Request) -> tuple[Circuit, Job, 
         job = replace(job, card=circuit.deck.analyses[deck.analyses.index(job.card)])
     request = replace(
         request,
-        temperature=next((v for s, v in job.steps if s.kind == "temp"), None),
+        temperature=temperature,
         values={s.name: v for s, v in job.steps if s.kind == "element"},
     )
     return circuit, job, request

@@ -23,7 +23,7 @@ from ..temperature import CELSIUS, kelvin
 from .vdmos_card import CARD
 
 _DEFAULTS = {p.name: p.default or 0.0 for p in CARD.parameters if p.status == "used"}
-#: of 1 + theta v_gs, so far below the threshold that the channel is shut
+#: of 1 + theta v_gs, so far below the threshold that the channel is shut, and of 1 + lambda v_ds
 _LEAST = 1e-3
 
 
@@ -52,7 +52,8 @@ class VdmosLaw(Generic[R]):
         one = tape.constant(1.0)
         if p["lambda"]:
             factor = tape.op("add", one, self._times(p["lambda"], v["ds"]))
-            total = tape.op("mul", total, factor)
+            # with the drain far below the source the current would change its sign
+            total = tape.op("mul", total, tape.op("max", factor, tape.constant(_LEAST)))
         if p["theta"]:
             factor = tape.op("add", one, self._times(p["theta"], v["gs"]))
             total = tape.op("div", total, tape.op("max", factor, tape.constant(_LEAST)))

@@ -33,7 +33,7 @@ class BehaviouralResistor(Reading):
         Parameter("m", "number of equal resistors in parallel", "", 1.0),
         *SHARED[:-1],
         EXPONENTIAL,
-        inert("ac", "resistance for .ac only", "Ohm"),
+        refused("ac", "resistance for small signals", "leave it out", "Ohm"),
         inert("noisy", "noise on or off"),
         inert("noise", "noise on or off"),
     )

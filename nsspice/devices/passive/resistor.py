@@ -31,7 +31,7 @@ class Resistor(Passive):
     INSTANCE = Table(
         *SHARED,
         EXPONENTIAL,
-        inert("ac", "resistance for .ac only", "Ohm"),
+        Parameter("ac", "resistance for small signals, other than that at the operating point", "Ohm"),
         inert("ic", "initial value (a resistor stores nothing)"),
         Parameter("noisy", "0 without noise", "", aliases=("noise",)),
     )
@@ -45,7 +45,7 @@ class Resistor(Passive):
     )
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("r", "res")
     NOISE = ("thermal",)
-    __slots__ = ()
+    __slots__ = ("small_signal",)
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
@@ -58,6 +58,7 @@ class Resistor(Passive):
         if found is None:
             return None
         device = cls(element, *found)
+        device.small_signal = found[1].get("ac")
         value = device.value
         if value < 0.0:
             context.findings.warning(
