@@ -93,6 +93,24 @@ def test_oscillators() -> None:
     assert np.array_equal(found["v(an)"][1:] > 0.5, late > 0.75)
 
 
+def test_a_gate_that_drives_itself() -> None:
+    """It waits for its whole delay each time; an operating point knows the phase of a clock."""
+    found = run(
+        "V1 e 0 PULSE(0 1 1.1u 0 0 1 2)\nA1 [e] [en] adc\nA2 [en y] y gate\nA3 [y] [an] dac\n"
+        ".model adc adc_bridge(rise_delay=100n)\n.model gate d_nand(rise_delay=2u fall_delay=1u)\n"
+        ".model dac dac_bridge(out_low=0 out_high=1)\nV2 c 0 1\nA4 c clk osc\n"
+        ".model osc d_osc(cntl_array=[0 2] freq_array=[100k 100k] init_phase=180)\n.tran 0.3u 20u"
+    )
+    since = found.axis - 1.2e-6  # enabled; it falls 1 us later, and then every 3 us
+    rows = found.axis > 0.0
+    inside = np.abs((since - 1e-6) % 1e-6 - 0.5e-6) < 0.49e-6
+    expected = (since < 1e-6) | ((since - 1e-6) % 3e-6 > 2e-6)
+    assert np.array_equal(found["v(an)"][rows & inside] > 0.5, expected[rows & inside])
+    # its high half comes first, a nanosecond late
+    late = (found.axis - 1e-9)[rows]
+    assert np.array_equal(found["v(clk)"][rows] > 0.5, late % 10e-6 < 5e-6)
+
+
 def test_delays_and_a_divider_by_two() -> None:
     """Ramps of 1 ns between 0 and 5 V cross 4 V after 0.8 ns and 1 V after 0.8 ns."""
     found = run(

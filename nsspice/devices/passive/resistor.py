@@ -31,7 +31,9 @@ class Resistor(Passive):
     INSTANCE = Table(
         *SHARED,
         EXPONENTIAL,
-        Parameter("ac", "resistance for small signals, other than that at the operating point", "Ohm"),
+        Parameter(
+            "ac", "resistance for small signals, other than that at the operating point", "Ohm"
+        ),
         inert("ic", "initial value (a resistor stores nothing)"),
         Parameter("noisy", "0 without noise", "", aliases=("noise",)),
     )

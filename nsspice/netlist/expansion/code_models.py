@@ -210,7 +210,7 @@ def _sine(block: Block) -> list[str]:
     low, high = block.number("out_low", -1.0), block.number("out_high", 1.0)
     value = f"{0.5 * (low + high)} + {0.5 * (high - low)}*sin(v(x))"
     rate = f"2*pi*max(pwl({block.input(0)}, {points}), 0)"
-    return ["C1 x 0 1 ic=0", f"B1 0 x I={{{rate}}}", *block.output(1, value)]
+    return ["C1 x 0 1 ic=0", ".ic v(x)=0", f"B1 0 x I={{{rate}}}", *block.output(1, value)]
 
 
 def _oscillation(block: Block, rises_first: bool = False) -> list[str]:
@@ -230,7 +230,8 @@ def _oscillation(block: Block, rises_first: bool = False) -> list[str]:
     lines[2] += " on" * rises
     slope = f"if(v(up) > 0.5, {1.0 / duty}, {-1.0 / (1.0 - duty)})"
     rate = f"max(pwl({block.input(0)}, {points}), 0)*{slope}"
-    return [*lines, f"Cx x 0 1 ic={start}", f"Bx 0 x I={{{rate}}}"]
+    # at an operating point it stands at its phase
+    return [*lines, f"Cx x 0 1 ic={start}", f".ic v(x)={start}", f"Bx 0 x I={{{rate}}}"]
 
 
 def _square(block: Block) -> list[str]:
@@ -259,7 +260,9 @@ def memory(control: str, node: str, half: float = 0.5) -> list[str]:
     ]
 
 
-def delayed(block: Block, state: str, index: int, delay: tuple[float, float]) -> list[str]:
+def delayed(
+    block: Block, state: str, index: int, delay: tuple[float, float], label: str = ""
+) -> list[str]:
     """Return a digital output that follows a condition after a time."""
     port = block.ports[index][0] if index < len(block.ports) else Port("null", "0", "d")
     if port.plus == "null":
@@ -267,20 +270,25 @@ def delayed(block: Block, state: str, index: int, delay: tuple[float, float]) ->
     if port.inverted:
         state = f"!({state})"
     rise, fall = delay
+    k = label or str(index)
     if rise <= 0.0 and fall <= 0.0:
-        return [f"Bout{index} {port.plus} 0 V={{if({state}, 1, 0)}}"]
-    # the switch reacts at 3/4 of the way, inside of the two ends where the ramp rests
-    x, unit = f"x{index}", max(rise, fall)
-    up, down = 0.75 * unit / max(rise, 1e-3 * unit), 0.75 * unit / max(fall, 1e-3 * unit)
+        return [f"Bout{k} {port.plus} 0 V={{if({state}, 1, 0)}}"]
+    # a ramp between two clamps, whose currents tell when it has arrived: a gate that drives itself
+    # starts its way back from there
+    unit = max(rise, fall)
+    up, down = unit / max(rise, 1e-3 * unit), unit / max(fall, 1e-3 * unit)
     return [
-        f"C{index} {x} 0 {unit} ic=0",
-        f"Bramp{index} 0 {x} I={{if({state}, {up}, {-down})}}",
-        f"Dtop{index} {x} top{index}",
-        f"Vtop{index} top{index} 0 1",
-        f"Dlow{index} 0 {x}",
-        f"S{index} top{index} {port.plus} {x} 0 m{index}",
-        f"R{index} {port.plus} 0 1",
-        f".model m{index} SW(VT=0.5 VH=0.25)",
+        f"C{k} x{k} 0 {unit} ic=0",
+        f"Bramp{k} 0 x{k} I={{if({state}, {up}, {-down})}}",
+        f"Dtop{k} x{k} top{k}",
+        f"Vtop{k} top{k} 0 1",
+        f"Dlow{k} low{k} x{k}",
+        f"Vlow{k} low{k} 0 0",
+        f"Vone{k} one{k} 0 1",
+        f"Bend{k} end{k} 0 V={{i(Vtop{k}) + i(Vlow{k})}}",
+        f"S{k} one{k} {port.plus} end{k} 0 m{k}",
+        f"R{k} {port.plus} 0 1",
+        f".model m{k} SW(VT=0 VH=0.5)",
     ]
 
 
@@ -386,22 +394,14 @@ def _sr_latch(block: Block) -> list[str]:
 
 def _to_digital(block: Block) -> list[str]:
     """Return the bridges to digital nodes: between in_low and in_high the state is kept."""
-    low, high = block.number("in_low", 1.0), block.number("in_high", 2.0)
+    low, high = block.number("in_low", 0.1), block.number("in_high", 0.9)
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), 0.0)
     lines: list[str] = []
     for k, port in enumerate(block.ports[1]):
         lines += memory(f"{block.input(0, k)} - {middle}", f"q{k}", half)
         one = block._replace(ports=[block.ports[0], [port]])
-        found = delayed(one, f"v(q{k}) > 0.5", 1, _both(block))
-        lines += [_renamed(line, k) for line in found]
+        lines += delayed(one, f"v(q{k}) > 0.5", 1, _both(block), f"1y{k}")
     return lines
-
-
-def _renamed(line: str, k: int) -> str:
-    """Return a line of a delay with names of its own; that of its port stays."""
-    words = line.split(" ")
-    own = ("x1", "top1", "m1", "C1", "Bramp1", "Dtop1", "Vtop1", "Dlow1", "S1", "R1", "Bout1")
-    return " ".join(f"{word}y{k}" if word in own else word for word in words)
 
 
 def _to_analogue(block: Block) -> list[str]:
