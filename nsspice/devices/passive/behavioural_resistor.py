@@ -14,7 +14,7 @@ from ..device import NO_VALUES, Context, Edge
 from ..effect import Effect
 from ..expressions.behavioural import SHARED, Reading, as_expression
 from ..expressions.piecewise import Inner, slope
-from ..parameter import Parameter, Table, inert
+from ..parameter import Parameter, Table, inert, refused
 from ..signals import own_current, register_of, shown
 from ..stamper import Layout, Stamper
 from .passive import read_given

@@ -48,6 +48,7 @@ class Resistor(Passive):
     MODEL_TYPES: ClassVar[tuple[str, ...]] = ("r", "res")
     NOISE = ("thermal",)
     __slots__ = ("small_signal",)
+    small_signal: float | None
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
