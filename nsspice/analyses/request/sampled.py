@@ -64,15 +64,16 @@ def refuse_delays(deck: Deck, what: str) -> None:
         raise UsageError(Diagnostic("NS4024", message, found.span, "use .tran"))
 
 
-def refuse_sampled(deck: Deck, what: str) -> None:
-    """Refuse an analysis that knows no clock.
+def refuse_sampled(deck: Deck, what: str, delays: bool = False) -> None:
+    """Refuse an analysis that knows no clock, and maybe no delays.
 
     Raises
     ------
     UsageError
         NS4024
     """
-    refuse_delays(deck, what)
+    if not delays:
+        refuse_delays(deck, what)
     if deck.sampled:
         found = deck.sampled[0]
         message = f"{found.source} is a function of z, which {what} does not know"

@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from ...circuit import Circuit, Island, MnaSystem
 from ...devices.passive.resistor import Resistor
+from ...devices.sources.delayed import Delayed
 from ...errors import Diagnostic, NumericalError, Span, StepError, UsageError
 from ...problems.csc import Csc
 from ...problems.descriptor import DescriptorSystem, Functional
@@ -96,6 +97,20 @@ class Point:
             kept = (rows >= 0) & (cols >= 0)
             value.append((rows[kept], cols[kept], sign * matrix.data[kept]))
         return _joined(size, value), _joined(size, rate)
+
+    def delays(self) -> list[tuple[Csc, float]]:
+        """Return the parts of the matrix of values that are late, and by how much [s]."""
+        found = []
+        size = self.system.n + len(self.active)
+        for device in self.mna.devices:
+            if isinstance(device, Delayed):
+                row, terms = device.late(self.mna.layout)
+                columns, factors = zip(*terms, strict=True) if terms else ((), ())
+                rows = np.full(len(terms), row, dtype=np.int64)
+                part = Csc.from_triplets((size, size), rows, np.array(columns, dtype=np.int64),
+                                         np.array(factors, dtype=np.float64))  # fmt: skip
+                found.append((part, device.delay))
+        return found
 
     def row(self, signal: Functional) -> tuple[Floats, Floats]:
         """Return what a signal reads of ``[z; active multipliers]``, of values and of rates."""
@@ -271,6 +286,7 @@ def respond(
         NS3063 where the equations have no solution.
     """
     value, rate = point.matrices()
+    delays = point.delays()
     right, right_rate = point.drive(weights)
     size = right.size
     x = np.zeros((s.size, size), complex)
@@ -279,10 +295,12 @@ def respond(
         for k in range(0, s.size, _BATCH):
             part = s[k : k + _BATCH]
             matrix = G + part[:, None, None] * E
+            for late, delay in delays:
+                matrix += np.expm1(-part * delay)[:, None, None] * late.dense()
             rhs = right + part[:, None] * right_rate
             x[k : k + _BATCH] = _solved(matrix, rhs, part)
     else:
-        x = _sparse(value, rate, right, right_rate, s)
+        x = _sparse(value, rate, delays, right, right_rate, s)
     return point.outputs(functionals, s, x, point.sources(weights))
 
 
@@ -305,7 +323,12 @@ def _solved(matrix: Complexes, rhs: Complexes, s: Complexes) -> Complexes:
 
 
 def _sparse(
-    value: Csc, rate: Csc, right: Complexes, right_rate: Complexes, s: Complexes
+    value: Csc,
+    rate: Csc,
+    delays: Sequence[tuple[Csc, float]],
+    right: Complexes,
+    right_rate: Complexes,
+    s: Complexes,
 ) -> Complexes:
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
@@ -314,10 +337,12 @@ def _sparse(
         return csc_matrix((m.data, m.indices, m.indptr), shape=m.shape)
 
     G, E = sparse(value), sparse(rate)
+    late = [(sparse(part), delay) for part, delay in delays]
     x = np.empty((s.size, right.size), complex)
     for k, at in enumerate(s):
         try:
-            x[k] = splu((G + at * E).tocsc()).solve(right + at * right_rate)
+            matrix = G + at * E + sum(np.expm1(-at * delay) * part for part, delay in late)
+            x[k] = splu(matrix.tocsc()).solve(right + at * right_rate)
         except RuntimeError:
             raise unbounded(float(at.imag) / (2.0 * math.pi)) from None
     return x

@@ -101,7 +101,7 @@ def run_sp(circuit: Circuit, analysis: Sp, request: Request) -> Solution:
     Solution
         Over ``frequency`` [Hz]: ``sol["s_2_1"]``, complex, and ``sol.ports``, their impedances.
     """
-    refuse_sampled(circuit.deck, ".sp")
+    refuse_sampled(circuit.deck, ".sp", delays=True)
     begin = clock.perf_counter()
     ports = ports_of(circuit, analysis.span)
     s: Complexes = (2j * np.pi * analysis.frequencies).astype(np.complex128)

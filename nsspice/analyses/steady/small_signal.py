@@ -125,7 +125,7 @@ def run_ac(
     circuit: Circuit, analysis: Ac, request: Request, period: float | None = None
 ) -> Solution:
     """Run one analysis of small signals; see :func:`ac`."""
-    refuse_sampled(circuit.deck, ".ac")
+    refuse_sampled(circuit.deck, ".ac", delays=True)
     begin = clock.perf_counter()
     weights = ac_values(circuit)
     columns, names = request.names(circuit)

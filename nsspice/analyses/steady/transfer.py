@@ -59,7 +59,7 @@ def run_tf(circuit: Circuit, analysis: Tf, request: Request) -> Solution:
     Solution
         One row: ``transfer_function``, ``input_resistance`` and ``output_resistance`` [Ohm].
     """
-    refuse_sampled(circuit.deck, ".tf")
+    refuse_sampled(circuit.deck, ".tf", delays=True)
     begin = clock.perf_counter()
     output, name = canonical(analysis.output), analysis.source
     source = next((d for d in circuit.devices if d.name == name), None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 from ...problems.descriptor import Handed, Waveform
 from ..device import NO_VALUES, Context, Device, Edge
 from ..effect import Effect
-from ..stamper import Stamper
+from ..stamper import Layout, Stamper
 from .controlled import Vcvs, VoltageControlled
 
 if TYPE_CHECKING:
@@ -25,12 +25,13 @@ class Delayed(VoltageControlled):
     """
 
     KIND = "delay"
-    __slots__ = ()
+    __slots__ = ("delay",)
 
     def __init__(self, element: Element) -> None:
         super().__init__(element, 1.0)
-        delay = element.params["delay"].value
-        self.effects = (Effect("delay", "delay", float(cast("float", delay)), "s"),)
+        #: [s]
+        self.delay = float(cast("float", element.params["delay"].value))
+        self.effects = (Effect("delay", "delay", self.delay, "s"),)
 
     @classmethod
     def read(cls, element: Element, context: Context) -> Device | None:
@@ -52,5 +53,9 @@ class Delayed(VoltageControlled):
         stamper.connect(branch, *self.ends)
         waveform = Waveform("polynomial", (), handed=cast("Handed", handed))
         stamper.S.add(branch, stamper.column(waveform), -1.0)
+
+    def late(self, layout: Layout) -> tuple[int, tuple[tuple[int, float], ...]]:
+        """Return the row of the gain of one, and what of it is late."""
+        return layout.branches[self.name], self.sensed(layout).z
 
     current = Vcvs.current

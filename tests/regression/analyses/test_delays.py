@@ -197,10 +197,45 @@ def test_analyses_that_know_no_delays_refuse() -> None:
     circuit = nsspice.read(deck + ".tran 1m 20m\n")
     for analysis in (
         lambda: nsspice.pss(circuit),
-        lambda: nsspice.ac(circuit, [1e3]),
+        lambda: nsspice.pss(circuit, 0.02),
+        lambda: nsspice.ac(circuit, [1e3], period=0.02),
         lambda: nsspice.start(circuit),
         lambda: nsspice.tran(circuit, method="modewise"),
         lambda: nsspice.tran(circuit, method="moreau"),
     ):
         with pytest.raises(UsageError):
             analysis()
+
+
+def test_small_signals_are_late() -> None:
+    """A line and 1 pF in closed form, beside a delayed integral whose loop gain has a phase."""
+    circuit = nsspice.read("""line
+V1 s 0 AC 1
+Rs s a 20
+T1 a 0 b 0 Z0=50 TD=1n
+C1 b 0 10p
+B1 y 0 V={v(s) - delay(v(x), 0.1n)}
+R2 y x 1k
+C2 x 0 1p
+""")
+    f = np.array([1e6, 2.7e8, 1e10])
+    found, w = nsspice.ac(circuit, f), 2j * np.pi * f
+    load = 1.0 / (w * 10e-12)
+    turn = np.tanh(w * 1e-9)
+    seen = 50.0 * (load + 50.0 * turn) / (50.0 + load * turn)
+    near = seen / (20.0 + seen)
+    far = near / (np.cosh(w * 1e-9) + 50.0 / load * np.sinh(w * 1e-9))
+    assert found["v(a)"] == pytest.approx(near, rel=1e-12)
+    assert found["v(b)"] == pytest.approx(far, rel=1e-12)
+    # sixty turns at 10 GHz: their rounding
+    loop = 1.0 / (1.0 + w * 1e-9)
+    assert found["v(x)"] == pytest.approx(loop / (1.0 + loop * np.exp(-w * 0.1e-9)), rel=1e-12)
+
+
+def test_many_lines_in_a_row() -> None:
+    """Sparse equations: 60 matched lines of 1 ns are one of 60 ns."""
+    lines = [f"T{k} n{k} 0 n{k + 1} 0 Z0=50 TD=1n" for k in range(60)]
+    deck = "\n".join(["chain", "V1 s 0 AC 1", "R1 s n0 50", *lines, "R2 n60 0 50"])
+    f = np.array([1e7, 3.3e8])
+    found = nsspice.ac(nsspice.read(deck), f, signals=["v(n60)"])["v(n60)"]
+    assert found == pytest.approx(0.5 * np.exp(-2j * np.pi * f * 60e-9), rel=1e-11)
