@@ -24,6 +24,7 @@ _READERS: dict[str, str] = {
     "four": "periodic:four",
     "fourier": "periodic:four",
     "heatsink": "heat:heat_sink",
+    "hb": "periodic:hb",
     "ic": "outputs:initial",
     "loop": "periodic:loop",
     "meas": "measure:measure",
@@ -54,7 +55,7 @@ _EARLY: dict[str, str] = {
 }
 #: analyses that are computed, those that a program runs first
 PROGRAM = frozenset(["op", "dc", "tran", "ac", "noise", "tf", "pz", "sp"])
-_COMPUTED = (*PROGRAM, "pss", "loop", "sens")
+_COMPUTED = (*PROGRAM, "pss", "hb", "loop", "sens")
 #: cannot change a waveform
 _IGNORED = {
     "backanno": "",
@@ -70,8 +71,8 @@ _IGNORED = {
 #: silent: every LTspice deck has them
 _SILENT = {"backanno", "width", "text"}
 #: analyses of their own: they change nothing of what others give
-_OTHER_ANALYSES = ("acmodel", "disto", "hb")
-_OTHER_HINT = "computed are .op, .dc, .tran, .ac, .pss, .loop, .noise, .tf, .pz, .sp and .sens"
+_OTHER_ANALYSES = ("acmodel", "disto")
+_OTHER_HINT = "computed are .op, .dc, .tran, .ac, .pss, .hb, .loop, .noise, .tf, .pz, .sp and .sens"
 _UNSUPPORTED = {
     "data": "write .step param name list ...",
     "alter": "write one netlist for each variant, or use .step",

@@ -78,6 +78,29 @@ def pss(context: Context, line: Line) -> None:
     context.deck.analyses.append(card)
 
 
+def hb(context: Context, line: Line) -> None:
+    """Read ``.hb f`` or ``.hb tones=f [nharms=n]``: the same steady state, found in time."""
+    hint = "write .hb 1meg, or .pss fund=1meg harms=20; two tones need a common period"
+    pairs: list[Item] = []
+    tones = [context.number(line, word, "a frequency") for word in flat(context.tail(line), pairs)]
+    harmonics = 20.0
+    for pair in pairs:
+        value = context.number(line, pair.items[1], "a number")
+        if pair.text in ("tones", "tone"):
+            tones.append(value)
+        elif pair.text in ("nharms", "nharm"):
+            harmonics = value
+        else:
+            where = line.span(pair.start, pair.end)
+            raise Unreadable("NS1080", f".hb: {pair.text[:40]} is unknown", where, hint)
+    if len(tones) != 1 or not (math.isfinite(tones[0]) and tones[0] > 0.0):
+        raise Unreadable("NS1080", ".hb takes one frequency", line.whole(), hint)
+    if not (harmonics >= 1.0 and harmonics == int(harmonics)):
+        raise Unreadable("NS1080", ".hb: nharms must be at least 1", line.whole(), hint)
+    card = PssCard(1.0 / tones[0], None, 0.0, 0.0, None, int(harmonics), line.whole())
+    context.deck.analyses.append(card)
+
+
 def ac(context: Context, line: Line) -> None:
     """Read ``.ac dec|oct|lin n from to`` or ``.ac list f ...``, with ``sidebands=n``."""
     pairs: list[Item] = []

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+import nsspice
+
 from nsspice.netlist import Deck, NetlistError, parse_text
 from nsspice.netlist.deck import TranCard
 
@@ -138,7 +140,7 @@ def test_initial_values_of_elements_may_be_asked_for(word: str) -> None:
         (".tf i(r1) v1", "NS1080"),
         (".tf v(out) v9", "NS1070"),
         (".sens", "NS1080"),
-        (".hb 1 1", "NS1002"),
+        (".hb 1 1", "NS1080"),
         (".trann 1 2", "NS1001"),
         (".", "NS1001"),
         (".endl", "NS1044"),
@@ -304,3 +306,15 @@ def test_measurements_of_one_name_are_all_made() -> None:
     found = deck(".tran 1u 1m", *[f".meas tran x max v(out) to={k}m" for k in (1, 2, 3)])
     assert [(m.name, m.stop) for m in found.measures] == [("x", 1e-3), ("x#2", 2e-3), ("x#3", 3e-3)]
     assert [w.code for w in found.warnings] == ["NS1006", "NS1006"]
+
+
+def test_harmonic_balance_is_the_periodic_steady_state() -> None:
+    for text in (".hb 1meg", ".hb tones=1meg nharms=20"):
+        one, other = (
+            nsspice.run(nsspice.read(f"x\nV1 a 0 SIN(1 2 1meg)\nR1 a b 1k\nC1 b 0 1n\n{card}\n"))[0]
+            for card in (text, ".pss fund=1meg")
+        )
+        assert one["v(b)"].tolist() == other["v(b)"].tolist()
+    for wrong in (".hb", ".hb 1meg 1.1meg", ".hb 0", ".hb 1meg order=3", ".hb 1meg nharms=0.5"):
+        with pytest.raises(NetlistError, match=r"\.hb"):
+            nsspice.read(f"x\nV1 a 0 SIN(1 2 1meg)\nR1 a 0 1k\n{wrong}\n")

@@ -191,7 +191,7 @@ def test_signals_of_a_table_are_written() -> None:
     assert [s.name for s in found.saves] == ["all", "i(r1)", "v(out)"]
 
 
-@pytest.mark.parametrize("line", [".hb 1k", ".disto dec 1 1 1"])
+@pytest.mark.parametrize("line", [".acmodel", ".disto dec 1 1 1"])
 @pytest.mark.parametrize("computed", [".op", ".tran 1u 1m", ".control\nop\n.endc"])
 def test_analyses_beside_computed_ones_are_skipped(line: str, computed: str) -> None:
     found = deck(line, computed)
