@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 import nsspice
-
 from nsspice.netlist import Deck, NetlistError, parse_text
 from nsspice.netlist.deck import TranCard
 
