@@ -501,6 +501,8 @@ class Deck:
     steps: list[Sweep] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
     temperature: float = 27.0
+    #: nodes that ``initial`` holds at every operating point
+    integrators: frozenset[str] = frozenset()
     #: whether values were computed from ``temper``
     thermal: bool = False
     parameters: dict[str, float] = field(default_factory=dict)

@@ -259,6 +259,7 @@ def _parse(
     expander.check_levels()
     _evaluate_all(deck, scope, findings)
     deck.initial.update(expander.initial)
+    deck.integrators = frozenset(expander.initial)
     deck.sampled, deck.delays = expander.sampled, expander.delays
     deck.elements, deck.included = wound(expander.elements, findings), files.included
     deck.seed = seed

@@ -186,7 +186,7 @@ def test_ltspice_devices() -> None:
         ("A1 [a b m\n.model m summer()", "NS1007"),
         ("A1 a ] b m\n.model m gain()", "NS1007"),
         ("A1 m", "NS1008"),
-        ("A1 %i a b m\n.model m gain()", "NS1008"),
+        ("A1 %vnam v1 b m\n.model m gain()", "NS1008"),
         ("A1 a b m\n.model m pwl(x_array=[0 1] y_array=[1])", "NS1008"),
         ("A1 a 0 b a 0 0 q 0 DFLOP", "NS1002"),
         ("A1 0 0 0 0 0 0 q 0 AND", "NS1002"),
@@ -207,3 +207,36 @@ def test_a_node_that_is_digital_and_analogue_is_told() -> None:
         ".model g d_inverter\nA3 [y] [z] dac\n.model dac dac_bridge(out_high=5)\nR1 z 0 1\n"
     )
     assert not parse_text(bridged).warnings
+
+
+def test_a_winding_on_a_core_is_a_saturating_inductor() -> None:
+    """As ngspice's example: 10 turns, 1 H of a turn, behind 100 Ohm; and an undriven input."""
+    found = run(
+        "V1 a 0 PULSE(0 4 0 0 0 1 2)\nR1 a b 2\nA1 (b 0) (m 0) coil\nA2 m iron\n"
+        ".model coil lcouple(num_turns=10)\n"
+        ".model iron core(H_array=[-20 -10 10 20] B_array=[-1.1 -1 1 1.1] area=0.1 length=1)\n"
+        "A3 [nowhere] [dig] buffer\nA4 [dig] [an] dac\n"
+        ".model dac dac_bridge(out_low=1 out_high=2)\n"
+        ".model buffer d_inverter\n.tran 10m 0.9 uic"
+    )
+    # 1 H up to 1 A, then 0.1 H; 2 Ohm
+    time = found.axis[1:]
+    corner = 0.5 * np.log(2.0)
+    early = 2.0 * (1.0 - np.exp(-2.0 * time))
+    late = 2.0 - np.exp(-20.0 * (time - corner))
+    current = np.where(time < corner, early, late)
+    assert found["v(m)"][1:] == pytest.approx(10.0 * current, rel=1e-12)
+    assert found["v(an)"][-1] == 2.0
+
+
+def test_currents_as_inputs_and_operating_points_of_integrators() -> None:
+    deck = (
+        "V1 a 0 DC 2 AC 1\nR1 a b 1k\nA1 %i b %v y gain\n.model gain gain(gain=5k)\n"
+        "A2 a z int\n.model int int(gain=3 out_ic=0.5 out_lower_limit=-1 out_upper_limit=1)\n"
+    )
+    point = nsspice.op(nsspice.read("t\n" + deck))
+    assert point["v(y)"][0] == pytest.approx(10.0, rel=1e-14)
+    assert point["v(z)"][0] == 0.5
+    assert point.certificate.passed
+    small = nsspice.ac(nsspice.read("t\n" + deck), [1.0])
+    assert small["v(z)"][0] == pytest.approx(3.0 / (2j * np.pi), rel=1e-14)

@@ -25,7 +25,7 @@ from ..request.request import Request
 from ..signals.curve import Floats
 from ..solution.solution import IslandRun
 from .dc_start import start_dc, without_storage
-from .initial import as_controlled, guess_of
+from .initial import as_controlled, guess_of, with_integrators
 
 #: A source value that no deck holds, so that the swept source gets a column of its own.
 _MARK = 1.234567890123e-101
@@ -95,7 +95,9 @@ class PointsOfIsland:
                 self.totals.method = self.following.apply(stepper, self.island, system)
             self.totals.unknowns, self.totals.pairs = system.n, system.m
             examiner = Examiner(mna, system=system, frozen=0.0)
-            judge = judge_of_points(mna, system) if first == 0 else None
+            # rows that hold what integrates have no elements that a verdict could name
+            judged = first == 0 and system.n == mna.system.n
+            judge = judge_of_points(mna, system) if judged else None
             size = 2 * system.n + system.m + 2 * len(system.waveforms)
             stepper.watch(*sampling(last - first, size))
             try:
@@ -149,7 +151,8 @@ class PointsOfIsland:
             waveforms[column] = Waveform(
                 "pwl", tuple(points.tolist()), scale=waveforms[column].scale
             )
-        return mna, replace(without_storage(mna.system), waveforms=tuple(waveforms))
+        system = replace(without_storage(mna.system), waveforms=tuple(waveforms))
+        return mna, with_integrators(self.circuit, mna, system)
 
     def _failure(self, mna: MnaSystem, problem: UnsolvedStep, first: int) -> NumericalError:
         """Return the error, with the swept values in place of the count of points."""

@@ -85,6 +85,17 @@ def initial_voltages(circuit: Circuit, mna: MnaSystem) -> dict[str, float]:
     return _voltages(circuit.deck.initial, mna)
 
 
+def with_integrators(
+    circuit: Circuit, mna: MnaSystem, system: DescriptorSystem
+) -> DescriptorSystem:
+    """Return the static system of an island with what integrates held where it starts."""
+    starts = {node: circuit.deck.initial[node] for node in circuit.deck.integrators}
+    held = _voltages(starts, mna)
+    if not held:
+        return system
+    return hold(system, [(mna.layout.voltage(node, "0"), v) for node, v in held.items()])
+
+
 def guess_of(
     circuit: Circuit, mna: MnaSystem, more: Mapping[str, float] | None = None
 ) -> tuple[Floats, Floats] | None:

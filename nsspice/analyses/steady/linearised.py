@@ -31,7 +31,7 @@ from ..certificate.failure import named_failure
 from ..request.request import Request
 from ..signals.curve import Floats
 from ..static.dc_start import start_dc, without_storage
-from ..static.initial import guess_of
+from ..static.initial import guess_of, with_integrators
 from .stimuli import Stimulated, stimulated
 
 Complexes = npt.NDArray[np.complex128]
@@ -104,7 +104,7 @@ class Point:
         size = self.system.n + len(self.active)
         for device in self.mna.devices:
             if isinstance(device, Delayed):
-                row, terms = device.late(self.mna.layout)
+                row, terms = device.delayed_part(self.mna.layout)
                 columns, factors = zip(*terms, strict=True) if terms else ((), ())
                 rows = np.full(len(terms), row, dtype=np.int64)
                 part = Csc.from_triplets((size, size), rows, np.array(columns, dtype=np.int64),
@@ -213,12 +213,14 @@ def operating_point(
     """
     mna = island.assemble(request.temperature, request.values, analysis="dc")
     system = mna.system
-    stepper = MoreauStepper(system, ())
+    held = with_integrators(circuit, mna, system)
+    stepper = MoreauStepper(held, ())
     try:
-        start_dc(stepper, partial(without_storage, system), guess_of(circuit, mna))
+        start_dc(stepper, partial(without_storage, held), guess_of(circuit, mna))
     except UnsolvedStep as problem:
         raise named_failure(circuit, mna, problem, where="") from problem
     z, lam = stepper.state
+    z = z[: system.n]
     slack = system.q - system.B.dot(z) + system.D.dot(lam)
     active = lam > slack
     size = np.maximum(np.abs(lam), np.abs(slack))

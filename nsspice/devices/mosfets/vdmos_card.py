@@ -129,6 +129,8 @@ def check_card(model: Model, findings: Findings) -> dict[str, float] | None:
     owner = f"model {model.name}"
     before = len(findings.errors)
     given = CARD.read(model.params, owner, findings)
+    if "bv" in given:
+        given["bv"] = abs(given["bv"])  # that of a p-channel transistor may have a sign
     check_bounds(given, model, findings, positive=_POSITIVE, free=_FREE)
     missing = [key for key in ("vto", "kp") if key not in given]
     if missing:

@@ -54,7 +54,7 @@ class Delayed(VoltageControlled):
         waveform = Waveform("polynomial", (), handed=cast("Handed", handed))
         stamper.S.add(branch, stamper.column(waveform), -1.0)
 
-    def late(self, layout: Layout) -> tuple[int, tuple[tuple[int, float], ...]]:
+    def delayed_part(self, layout: Layout) -> tuple[int, tuple[tuple[int, float], ...]]:
         """Return the row of the gain of one, and what of it is late."""
         return layout.branches[self.name], self.sensed(layout).z
 

@@ -24,7 +24,9 @@ _PORT = ("portnum", "z0", "pwr", "freq", "phase")
 #: below it the current of a load is proportional to its voltage [V]
 _FALL = 0.5
 #: words that end the arguments of a waveform
-_KEYWORDS = {"dc", "ac", "load", "portnum", "z0", "pwr", *KINDS}
+#: amplitude and phase for .disto alone
+_DISTORTION = frozenset(["distof1", "distof2"])
+_KEYWORDS = {"dc", "ac", "load", "portnum", "z0", "pwr", *_DISTORTION, *KINDS}
 
 
 def source(reader: Reader, line: Line, items: list[Item]) -> Template:
@@ -54,6 +56,9 @@ def source(reader: Reader, line: Line, items: list[Item]) -> Template:
                 1.0 if magnitude is None else _number(terminals, magnitude, "a magnitude"),
                 0.0 if phase is None else _number(terminals, phase, "a phase"),
             )
+        elif kind in _DISTORTION:
+            for _ in ("amplitude", "phase"):
+                _optional(terminals)
         elif kind in KINDS:
             _waveform(terminals, value, item, kind)
         elif kind == "tbl" and result.letter == "i":

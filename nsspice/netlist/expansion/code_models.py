@@ -52,6 +52,8 @@ class Block(NamedTuple):
     def input(self, index: int, member: int = 0) -> str:
         """Return an input as an expression; an inverted digital one is 1 less it."""
         port = self.ports[index][member]
+        if port.kind.startswith("i"):
+            return f"i(Vin{index}x{member})"
         name = f"v({port.plus},{port.minus})" if port.minus != "0" else f"v({port.plus})"
         return f"(1-{name})" if port.inverted else name
 
@@ -121,7 +123,8 @@ def _integrated(block: Block) -> list[str]:
     """Return the integrator, which stops at its limits."""
     gain, before = block.number("gain", 1.0), block.number("in_offset", 0.0)
     start = block.number("out_ic", 0.0)
-    lines = [f"C1 x 0 1 ic={start}", f"B1 0 x I={{{gain}*({block.input(0)} + {before})}}"]
+    lines = [f"C1 x 0 1 ic={start}", f".ic v(x)={start}"]
+    lines.append(f"B1 0 x I={{{gain}*({block.input(0)} + {before})}}")
     if block.model and "out_upper_limit" in block.model.params:
         lines += ["D1 x top", f"V1 top 0 {block.number('out_upper_limit', 0.0)}"]
     if block.model and "out_lower_limit" in block.model.params:
@@ -138,6 +141,51 @@ def _differentiated(block: Block) -> list[str]:
         low, high = block.number("out_lower_limit", -1e30), block.number("out_upper_limit", 1e30)
         value = f"limit({value}, {low}, {high})"
     return [*lines, *block.output(1, value)]
+
+
+def _ends(block: Block, pairs: int = 1, which: int = 0) -> tuple[str, str]:
+    """Return the nodes of a port that is differential: written as a pair, or as two nodes."""
+    if len(block.ports) <= pairs:
+        port = block.ports[which][0]
+        return port.plus, port.minus
+    first, second = block.ports[2 * which][0], block.ports[2 * which + 1][0]
+    return first.plus, second.plus
+
+
+def _capacitor(block: Block) -> list[str]:
+    """Return the capacitor; its initial voltage is that of the operating point, too."""
+    a, b = _ends(block)
+    start = block.number("ic", 0.0)
+    held = [f".ic v({a})={start}"] if b == "0" else []
+    return [f"C1 {a} {b} {block.number('c', 0.0)} ic={start}", *held]
+
+
+def _magnetic_core(block: Block) -> list[str]:
+    """Return the core without hysteresis: the flux, a current, is a table of the field."""
+    if block.number("mode", 1.0) != 1.0:
+        raise _wrong(block, "a core with mode=2 is not simulated; write L ... Hc= Br= Bs=")
+    fields, densities = block.numbers("h_array"), block.numbers("b_array")
+    if len(fields) != len(densities) or len(fields) < 2:
+        raise _wrong(block, "H_array and B_array must have the same number of values, 2 at least")
+    length, area = block.number("length", 1.0), block.number("area", 1.0)
+    a, b = _ends(block)
+    xs, ys = [h * length for h in fields], [d * area for d in densities]
+    return [f"B1 {a} {b} I={{{_beyond_table(f'v({a},{b})', xs, ys)}}}"]
+
+
+def _winding(block: Block) -> list[str]:
+    """Return a winding: in its magnetic circuit flux is a current, ampere-turns are a voltage."""
+    if len(block.ports) not in (2, 4):
+        raise _wrong(block, "lcouple needs two ports of two nodes each")
+    (a, b), (c, d) = _ends(block, 2), _ends(block, 2, 1)
+    turns = block.number("num_turns", 1.0)
+    return [
+        f"V1 {a} x 0",
+        f"H1 {c} {d} V1 {turns}",
+        f"F1 w 0 H1 {turns}",
+        "L1 w 0 1",
+        f"E1 x {b} w 0 1",
+    ]
 
 
 def _transfer(block: Block) -> list[str]:
@@ -174,11 +222,15 @@ def _table(block: Block) -> list[str]:
     xs, ys = block.numbers("x_array"), block.numbers("y_array")
     if len(xs) != len(ys) or len(xs) < 2:
         raise _wrong(block, "x_array and y_array must have the same number of values, 2 at least")
-    x = block.input(0)
+    return block.output(1, _beyond_table(block.input(0), xs, ys))
+
+
+def _beyond_table(x: str, xs: Sequence[float], ys: Sequence[float]) -> str:
+    """Return a table that goes on beyond its ends in straight lines."""
     points = ", ".join(f"{a}, {b}" for a, b in zip(xs, ys, strict=True))
     before, after = (ys[1] - ys[0]) / (xs[1] - xs[0]), (ys[-1] - ys[-2]) / (xs[-1] - xs[-2])
     beyond = f"{before}*min({x} - {xs[0]}, 0) + {after}*max({x} - {xs[-1]}, 0)"
-    return block.output(1, f"pwl({x}, {points}) + {beyond}")
+    return f"pwl({x}, {points}) + {beyond}"
 
 
 def _slew(block: Block) -> list[str]:
@@ -432,6 +484,10 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "hyst": (2, _hysteresis),
     "pwl": (2, _table),
     "slew": (2, _slew),
+    "capacitor": (1, _capacitor),
+    "capacitoric": (1, _capacitor),
+    "core": (1, _magnetic_core),
+    "lcouple": (2, _winding),
     "aswitch": (2, _analogue_switch),
     "pswitch": (2, _analogue_switch),
     "sine": (2, _sine),
@@ -490,11 +546,14 @@ def written(item: CodeTemplate, model: Model) -> list[str]:
     if len(item.ports) < count:
         raise _wrong(block, f"{model.type} needs {count} ports, {len(item.ports)} given", item)
     for port in (port for vector in item.ports for port in vector):
-        if port.kind not in ("", "v", "vd", "i", "id", "d", "g", "gd") or (
-            port.kind in ("i", "id") and port in item.ports[0]
-        ):
+        if port.kind not in ("", "v", "vd", "i", "id", "d", "g", "gd", "h", "hd"):
             raise _wrong(block, f"ports of type %{port.kind} are not simulated here", item)
-    return writer(block)
+    sensed = [
+        f"Vin0x{k} {port.plus} {port.minus} 0"
+        for k, port in enumerate(item.ports[0])
+        if port.kind in ("i", "id")
+    ]
+    return [*sensed, *writer(block)]
 
 
 def _wrong(block: Block, what: str, item: CodeTemplate | None = None) -> Unreadable:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -30,6 +31,9 @@ MAX_NESTING = 50
 _REMEMBERING = frozenset("begfh")
 #: model types whose standard values are a usable device
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
+
+#: where what a code model integrates stands at an operating point
+_START = re.compile(r"\.ic v\((\w+)\)=(.+)")
 
 #: a model card for each letter that needs one
 _CARDS = {
@@ -296,17 +300,33 @@ class Expander:
         else:
             texts, digital = self._written(scope, formal)
         where = item.span
+        starts = [found for text in texts if (found := _START.fullmatch(text))]
+        texts = [text for text in texts if not _START.fullmatch(text)]
         lines = [Command(text, where.file, where.line, where.text) for text in texts]
         body = self._bodies.read(build(lines, self._findings))
         nodes = {name: scope.node(node) for node, name in names.items()}
         self._digital.update({nodes[name]: item.span for name in digital if name in nodes})
         inner = scope.child(scope, item.name, nodes)
+        for start in starts:
+            node = inner.node(start[1])
+            self.initial[node] = Param(node, float(start[2]), where)
         before = len(self.elements)
         self.expand(inner, self.choose(inner, body))
         self._coded.update(element.name for element in self.elements[before:])
 
     def check_levels(self) -> None:
-        """Warn about digital nodes to which something else is connected: they have 0 and 1 V."""
+        """Warn about digital nodes to which something else is connected: they have 0 and 1 V.
+
+        One that nothing drives is 0.
+        """
+        touched = {node for element in self.elements for node in element.nodes}
+        for node, where in self._digital.items():
+            if node not in touched:
+                low = Element(f"{node}#low", "r", (node, "0"), where, value=1.0)
+                self.elements.append(low)
+                self._coded.add(low.name)
+                message = f"nothing drives the digital node {node}: it is 0"
+                self._findings.warning("NS1097", message, where)
         mixed = {
             node: self._digital[node]
             for element in self.elements

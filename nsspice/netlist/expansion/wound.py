@@ -12,11 +12,14 @@ the inductance that it has at small currents.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from ..deck import Element, Model, Source
 from ..elements.core import hysteretic
-from ..elements.jiles_atherton import Fit, fitted
 from ..findings import Findings, Unreadable
+
+if TYPE_CHECKING:
+    from ..elements.jiles_atherton import Fit
 
 
 def wound(elements: Sequence[Element], findings: Findings) -> list[Element]:
@@ -53,6 +56,8 @@ def _fit(model: Model, fits: dict[str, Fit], findings: Findings) -> Fit:
     if model.type != "core":
         message = f"model {model.name} is of type {model.type}, not CORE"
         raise Unreadable("NS2001", message, model.span, "write .model name CORE(MS= A= K= C= ...)")
+    from ..elements.jiles_atherton import fitted
+
     if model.name not in fits:
         fit = fits[model.name] = fitted(model)
         message = f"core {model.name} is fitted by a table and {len(fit.levels)} stops; flux "
