@@ -152,7 +152,7 @@ def page(found: dict[str, Any], remarks: dict[str, str]) -> str:
         "# Public decks",
         "",
         f"ngspice's own `examples` and `tests` (`tools/public_decks.txt`): {len(found)} decks, of",
-        f"which {rest} are whole and without compact models. **{ran} of these run: {ran / rest:.0%}**.",
+        f"which {rest} are whole and without compact models. **{ran} run: {ran / rest:.0%}**.",
         "",
         "| counted apart | decks |",
         "|---|---|",

@@ -78,7 +78,7 @@ def test_the_site_is_short_enough_to_be_read() -> None:
 
 
 #: tables of measurements, written by tools
-GENERATED = {"work-precision.md", "ngspice.md", "hard-cases.md"}
+GENERATED = {"work-precision.md", "ngspice.md", "hard-cases.md", "public-decks.md"}
 
 
 def test_pictures_of_steady_states_are_drawn() -> None:
