@@ -18,6 +18,7 @@ import sys
 import tempfile
 import textwrap
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from peers import measure as measure_peers
@@ -25,7 +26,7 @@ from peers import measure as measure_peers
 import nsspice
 from nsspice.compare.cost import CostReport, cost
 from nsspice.compare.cost.problem import Problem
-from nsspice.compare.cost.report import price
+from nsspice.compare.cost.report import Measurement
 from nsspice.output.si import number
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -244,6 +245,48 @@ def write(page: Path, table: list[str], sections: list[str]) -> None:
         *sections,
     ]
     page.write_text(head + MARKER + "\n".join(body))
+
+
+def price(rows: Sequence[Measurement], error: float) -> tuple[float, bool]:
+    """Return what an error costs with one method [s], and whether its runs reach it.
+
+    Between two runs the logarithm of the time is linear in that of the error; beyond the longest
+    run time grows with the inverse square root, as if steps of second order went on to improve it.
+
+    Parameters
+    ----------
+    rows : sequence of Measurement
+        Finished runs of one method.
+    error : float
+        As a share of the range of each signal.
+
+    Examples
+    --------
+    >>> ladder = [
+    ...     Measurement("m", "h", h, 1, error, error, seconds)
+    ...     for h, error, seconds in ((4.0, 1e-2, 1.0), (2.0, 1e-3, 2.0), (1.0, 1e-4, 4.0))
+    ... ]
+    >>> [round(price(ladder, error)[0], 9) for error in (1e-1, 1e-3, 1e-4, 1e-6)]
+    [1.0, 2.0, 4.0, 40.0]
+    >>> price(ladder, 1e-6)[1]
+    False
+    """
+    front: list[Measurement] = []
+    for row in sorted(rows, key=lambda r: (r.seconds, r.error)):
+        if not front or row.error < front[-1].error:
+            front.append(row)
+    if not front:
+        return math.nan, False
+    for k, row in enumerate(front):
+        if row.error > error:
+            continue
+        before = front[k - 1]
+        if k == 0 or row.error == 0.0:
+            return row.seconds, True
+        part = math.log(before.error / error) / math.log(before.error / row.error)
+        return before.seconds * (row.seconds / before.seconds) ** part, True
+    longest = max(row.seconds for row in rows)
+    return longest * math.sqrt(front[-1].error / error), False
 
 
 def main() -> None:
