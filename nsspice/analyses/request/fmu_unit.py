@@ -5,11 +5,11 @@ from __future__ import annotations
 import shutil
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from ...errors import Diagnostic, UsageError, suggest
+from ...errors import suggest
+from ...lazy import need_library
 from .converters import wrong
 
 _KINDS = {"2.0": ("Real", "setReal", "getReal"), "3.0": ("Float64", "setFloat64", "getFloat64")}
@@ -133,9 +133,4 @@ def _named(
 
 
 def _fmpy() -> Any:
-    try:
-        return import_module("fmpy")
-    except ImportError as error:
-        hint = "pip install nsspice[fmu]"
-        message = "FMUs are loaded by fmpy, which is not installed"
-        raise UsageError(Diagnostic("NS4010", message, hint=hint)) from error
+    return need_library("fmpy", "nsspice[fmu]")
