@@ -248,7 +248,7 @@ class _Sizes:
 
     def at(self, z: Floats, lengths: Floats) -> dict[str, Floats]:
         """Return them by letter in steps of these lengths [s], with the largest unknowns so far."""
-        # sources that hold what integrates at an operating point are no unknowns of the circuit
+        # sources that hold what integrates at an operating point are not unknowns of the circuit
         points = np.abs(z.reshape(-1, z.shape[-1])[:, : self._largest.size])
         self._largest = np.maximum(self._largest, points.max(axis=0, initial=0.0))
         conducted, stored = (

@@ -45,7 +45,7 @@ class FmuStep:
         try:
             told = fmpy.read_model_description(str(path), validate=False)
         except Exception as error:  # of a dozen kinds
-            raise wrong(f"{path} is no FMU: {error}", "give a .fmu file") from error
+            raise wrong(f"{path} is not an FMU: {error}", "give a .fmu file") from error
         if told.fmiVersion not in _KINDS or told.coSimulation is None:
             message = f"{path} is FMI {told.fmiVersion}, or not for co-simulation"
             raise wrong(message, "export it for co-simulation, FMI 2 or 3")
@@ -80,7 +80,7 @@ class FmuStep:
 
     @property
     def state(self) -> list[float]:
-        """Refuse: what a unit remembers are no numbers that could be looked for."""
+        """Refuse: what a unit remembers is not known as numbers."""
         message = f"{self._made_of[0]}: an FMU does not say what it remembers"
         raise wrong(message, ".pss needs a function in Python or C with a state; use .tran")
 

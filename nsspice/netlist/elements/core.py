@@ -106,7 +106,7 @@ def _parts(
     initial = element.params.get("ic")
     current = 0.0 if initial is None else _number(element, initial)
     total = sum(limit for limit, _ in stops)
-    # what nothing else decides at an operating point is no current in a stop
+    # a stop has no current at an operating point unless something else decides about it
     flags = {"on": where}
 
     def source(letter: str, label: str, nodes: tuple[str, str], value: float) -> Element:

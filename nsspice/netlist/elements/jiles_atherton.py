@@ -9,8 +9,9 @@ The magnetisation follows, with the field H and ``d`` the sign of its change,
 as in Xyce, whose parameters and units are PSpice's.  Its major loop from a tip far in saturation
 and its initial curve are computed here, and fitted by what ``core.py`` builds.
 
-References: D. C. Jiles and D. L. Atherton, "Theory of ferromagnetic hysteresis", J. Magn. Magn.
-Mater. 61 (1986) 48, doi:10.1016/0304-8853(86)90066-1; Xyce Reference Guide, "Mutual inductors".
+References: D. C. Jiles and D. L. Atherton, "Theory of ferromagnetic hysteresis", Journal of
+Magnetism and Magnetic Materials 61 (1986) 48, doi:10.1016/0304-8853(86)90066-1; Xyce Reference
+Guide, "Mutual inductors".
 """
 
 from __future__ import annotations

@@ -282,7 +282,7 @@ def _oscillation(block: Block, rises_first: bool = False) -> list[str]:
     lines[2] += " on" * rises
     slope = f"if(v(up) > 0.5, {1.0 / duty}, {-1.0 / (1.0 - duty)})"
     rate = f"max(pwl({block.input(0)}, {points}), 0)*{slope}"
-    # at an operating point it stands at its phase
+    # at an operating point it is where its phase says
     return [*lines, f"Cx x 0 1 ic={start}", f".ic v(x)={start}", f"Bx 0 x I={{{rate}}}"]
 
 
@@ -325,7 +325,7 @@ def delayed(
     k = label or str(index)
     if rise <= 0.0 and fall <= 0.0:
         return [f"Bout{k} {port.plus} 0 V={{if({state}, 1, 0)}}"]
-    # a ramp between two clamps, whose currents tell when it has arrived: a gate that drives itself
+    # a ramp between two clamps, whose currents show when it has arrived: a gate that drives itself
     # starts its way back from there
     unit = max(rise, fall)
     up, down = unit / max(rise, 1e-3 * unit), unit / max(fall, 1e-3 * unit)

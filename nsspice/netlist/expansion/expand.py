@@ -32,7 +32,7 @@ _REMEMBERING = frozenset("begfh")
 #: model types whose standard values are a usable device
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
 
-#: where what a code model integrates stands at an operating point
+#: the value at an operating point of what a code model integrates
 _START = re.compile(r"\.ic v\((\w+)\)=(.+)")
 
 #: a model card for each letter that needs one
