@@ -34,6 +34,9 @@ ENDINGS = (".cir", ".net", ".sp", ".spi", ".ckt", ".deck")
 #: what distinguishes two messages of one kind: names, numbers, texts
 _NAMES = re.compile(r"'[^']*'|\b[\w#]*\d[\w.#]*\b|(?<=: ).*(?= is not)")
 
+#: an analysis in a program: such a deck is whole, even if it is not understood
+_COMMAND = re.compile(r"(?im)^\s*(tran|ac|dc|op|sens|noise|pz|tf|run)\b")
+
 
 def main() -> None:
     """Run what the command line names."""
@@ -105,6 +108,7 @@ def outcome(path: Path, what: str) -> dict[str, Any]:
     except NsspiceError as error:
         entry["errors"] = [f"{d.code} {d.message}" for d in error.diagnostics]
         entry["message"] = entry["errors"][0]
+        entry["commands"] = bool(_COMMAND.search(path.read_text("utf-8", "replace")))
     except Exception as error:  # a fault of the program itself is a row of the table, too
         entry |= {"verdict": "crashed", "message": repr(error)}
     return entry
@@ -141,6 +145,8 @@ def page(found: dict[str, Any], remarks: dict[str, str]) -> str:
     for entry in found.values():
         text = " ".join([*entry.get("errors", []), entry.get("message", "")])
         label = next((k for k, signs in _APART if any(sign in text for sign in signs)), None)
+        if "asks for no analysis" in text and entry.get("commands"):
+            label = None
         if entry["verdict"] == "runs":
             own["runs"] += 1
         elif label is not None:
@@ -188,6 +194,7 @@ _CAUSES = (
     ("self-heating, quasi-saturation", r"IRFP?\d+ is not expected|quasi-saturation|thermal"),
     ("logic expressions and states in files", "not expected here in the expression"),
     ("ngspice's form of `.pss`", r"\.pss takes"),
+    ("programs in `.control` that are not understood", "asks for no analysis|endc"),
 )
 
 
