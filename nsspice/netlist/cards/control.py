@@ -165,7 +165,8 @@ class CardReader:
         self._context.here = self._context.home
         self._context.vectors = dict(vectors or {})
         try:
-            _reader(_READERS[card])(self._context, dotted)
+            place = self._sens() if card == "sens" else _READERS[card]
+            _reader(place)(self._context, dotted)
         finally:
             self._context.vectors = {}
 

@@ -26,7 +26,7 @@ LOOKING = frozenset([
     "alias", "asciiplot", "cross", "cutout", "deftype", "delete", "destroy", "diff",
     "display", "disto", "echo", "eprint", "eprvcd", "esave", "exit", "fft", "gnuplot",
     "hardcopy", "history", "iplot", "linearize", "listing", "option", "options", "plot",
-    "psd", "quit", "rehash", "remzerovec", "reshape", "rusage", "save", "sens", "setcs",
+    "psd", "quit", "rehash", "remzerovec", "reshape", "rusage", "save", "setcs",
     "setplot", "setscale", "settype", "show", "showmod", "spec", "status", "step",
     "stop", "strcmp", "trace", "transpose", "unalias", "unlet", "unset", "version", "where",
     "write", "wrnodev", "wrs2p", "xgraph",
@@ -330,6 +330,13 @@ class Planner:
             self._runs.append(run)
         self._current = self._runs.index(run)
 
+    def _do_sens(self, given: Command) -> None:
+        """``sens``: with the operating point, which is run unless there is one."""
+        before = len(self._deck.analyses)
+        self._cards.command(self._variables.expand(given))
+        for card in self._deck.analyses[before:]:
+            self._add(card)
+
     def _do_fourier(self, line: Command) -> None:
         """``fourier f signal ...`` is ``.four``."""
         self._card(self._variables.expand(line))
@@ -425,4 +432,4 @@ def plan(
 def computes(scripts: list[Script]) -> bool:
     """Return whether a program names an analysis that is computed."""
     words = {word_of(as_command(line)) for script in scripts for line in script.commands}
-    return bool(words & PROGRAM)
+    return bool(words & {*PROGRAM, "sens"})

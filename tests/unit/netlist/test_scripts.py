@@ -220,3 +220,12 @@ def test_a_title_card_in_the_first_line_is_no_missing_analysis() -> None:
     with pytest.raises(UsageError) as caught:
         jobs_of(parse_text(".title divider\nV1 a 0 1\nR1 a 0 1\n"))
     assert ".title" not in str(caught.value)
+
+
+def test_sensitivities_of_a_program() -> None:
+    """42 mA into 1 kOhm: ngspice's regression test sens-dc-1 has the same derivatives."""
+    circuit = read("t\ni1 0 1 dc=42mA\nr1 1 0 1k\n.control\nsens v(1) dc\nprint all\n.endc\n")
+    (solution,) = circuit.run()
+    found = {row.element: row.derivative for row in solution.sensitivities}
+    assert found["r1"] == pytest.approx(42e-3, rel=1e-14)
+    assert found["i1"] == pytest.approx(1e3, rel=1e-14)
