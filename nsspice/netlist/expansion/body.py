@@ -75,6 +75,26 @@ def _equality(line: Line) -> Line:
     return line if raw == line.raw else Line(raw, line.file, line.number, line.source, line.pieces)
 
 
+#: the points of a table after its expression
+_TABLE = re.compile(r"\btable\s*\{[^{}]*\}\s*=?\s*(?=\()([-+\w.,()\s]+)$", re.IGNORECASE)
+
+
+def _balanced(line: Line) -> Line | None:
+    """Return the line of a table whose parentheses do not match, with one pair for each point.
+
+    None for other lines, and if there is no second number for each first one.
+    """
+    found = _TABLE.search(line.raw)
+    if found is None or line.raw.count("(") == line.raw.count(")"):
+        return None
+    numbers = re.findall(r"[^\s,()]+", found[1])
+    if len(numbers) % 2:
+        return None
+    points = " ".join(f"({x},{y})" for x, y in zip(numbers[::2], numbers[1::2], strict=True))
+    raw = line.raw[: found.start(1)] + points
+    return Line(raw, line.file, line.number, line.source, line.pieces)
+
+
 def _texts(entry: Line | Definition | Conditional) -> list[object]:
     """Return the lines of an entry without blanks, to compare it with another."""
     if isinstance(entry, Line):
@@ -118,6 +138,10 @@ class BodyReader:
                     text = entry.text
                     if text[0] == "." or text.lstrip()[0] == ".":
                         self._card(body, entry)
+                    elif (balanced := _balanced(entry)) is not None:
+                        message = "the parentheses of this table do not match: they are ignored"
+                        findings.warning("NS1003", message, entry.whole())
+                        append(element(reader, balanced))
                     else:
                         append(element(reader, entry))
                 elif isinstance(entry, Definition):

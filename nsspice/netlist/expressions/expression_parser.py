@@ -201,6 +201,8 @@ def resolve(function: str, args: list[Node], known: list[str], where: Span | Non
         return power(args[0], args[1])
     if function in ("if", "ternary_fcn"):
         return Node("if", (args[0], args[1], args[2]))
+    if len(function) == 3 and function.endswith("0"):  # ngspice's comparisons with zero
+        return Node("if", (Node(function[:2], (args[0], num(0.0))), num(1.0), num(0.0)))
     return call(ALIASES.get(function, function), *args)
 
 

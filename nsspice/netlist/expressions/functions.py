@@ -56,6 +56,7 @@ ARITY: dict[str, tuple[int, int | None]] = {
     "limit": (3, 3),
     "if": (3, 3),
     "ternary_fcn": (3, 3),
+    **dict.fromkeys(["eq0", "ne0", "gt0", "ge0", "lt0", "le0"], (1, 1)),
     "pwl": (3, None),
     "table": (3, None),
     "steps": (4, None),

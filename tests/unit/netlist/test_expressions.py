@@ -178,3 +178,21 @@ def test_a_rounded_zero_keeps_its_sign(name, x):
     expression = Expression.parse(f"1/{name}(v(a))")
     (expected,) = expression.evaluate({"v(a)": np.array([x])})
     assert expression.evaluate({"v(a)": x}) == expected
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("eq0", "010"),
+        ("ne0", "101"),
+        ("gt0", "001"),
+        ("ge0", "011"),
+        ("lt0", "100"),
+        ("le0", "110"),
+    ],
+)
+def test_comparisons_with_zero(name: str, values: str) -> None:
+    """ngspice's manual, section 5.1.3; of -2, 0 and 3."""
+    for x, value in zip((-2.0, 0.0, 3.0), values, strict=True):
+        found = parse_text(f"t\n.param y={{{name}({x})}}\nR1 a 0 {{1+y}}\nV1 a 0 1\n.op\n")
+        assert found.elements[0].value == 1.0 + float(value)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import nsspice
 from nsspice import read
 from nsspice.netlist import Deck, NetlistError, parse_file, parse_text
 
@@ -124,3 +125,18 @@ def test_temp_is_the_temperature(lines: str, expected: list[float]) -> None:
     solutions = read(f"title\n{lines}\nR1 a 0 1k\n.op\n").run()
     found = [float(v) for s in solutions for v in s["v(a)"]]
     assert found == pytest.approx(expected)
+
+
+def test_parentheses_of_a_table_that_do_not_match() -> None:
+    """As in Microchip's macromodels: MCP6041.txt, lines 120 and 121."""
+    deck = parse_text(
+        "t\nV1 a 0 2\nG1 0 b TABLE {V(a)} ((-1,-1)(0,0)(3,6))(4,7))\nR1 b 0 1\n"
+        "G2 0 c TABLE {V(a)} ((-1,-1)((0,0)(4,4))\nR2 c 0 1\n.op\n"
+    )
+    assert [w.code for w in deck.warnings] == ["NS1003"] * 2
+    point = nsspice.op(
+        nsspice.read("t\nV1 a 0 2\nG1 0 b TABLE {V(a)} ((0,0)(3,6))(4,7))\nR1 b 0 1\n")
+    )
+    assert point["v(b)"][0] == pytest.approx(4.0, rel=1e-14)
+    with pytest.raises(NetlistError):
+        parse_text("t\nV1 a 0 2\nG1 0 b TABLE {V(a)} ((0,0)(3,6))(4))\nR1 b 0 1\n")
