@@ -138,7 +138,7 @@ class BodyReader:
                     text = entry.text
                     if text[0] == "." or text.lstrip()[0] == ".":
                         self._card(body, entry)
-                    elif (balanced := _balanced(entry)) is not None:
+                    elif "table" in text and (balanced := _balanced(entry)) is not None:
                         message = "the parentheses of this table do not match: they are ignored"
                         findings.warning("NS1003", message, entry.whole())
                         append(element(reader, balanced))
