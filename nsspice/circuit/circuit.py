@@ -9,9 +9,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from ..devices.device import Device
+from ..devices.sources.waveform import depends_on_run
 from ..devices.stamper import AnalysisKind, Conditions
 from ..errors import Diagnostic, NetlistError, UsageError, suggest
-from ..netlist.deck import Deck
+from ..netlist.deck import Deck, Source
 from ..netlist.expressions.functions import no_temperature
 from .mna import MnaSystem, assemble
 from .problem_class import ProblemClass
@@ -49,6 +50,8 @@ class Island:
     _last: tuple[Conditions, MnaSystem] | None = field(
         default=None, init=False, repr=False, compare=False
     )
+    #: whether the system depends on the times of the run, once that is known
+    _timed: bool | None = field(default=None, init=False, repr=False, compare=False)
 
     def assemble(
         self,
@@ -79,6 +82,11 @@ class Island:
             kind = f"degrees Celsius is {why}" if number else "is not a number"
             message = f"a temperature of {temperature} {kind}"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
+        if self._timed is None:
+            sources = [getattr(device, "source", None) for device in self.devices]
+            self._timed = any(isinstance(s, Source) and depends_on_run(s) for s in sources)
+        if not self._timed:
+            tstep = tstop = None  # one system for all runs
         conditions = Conditions(
             self.defaults.temperature if temperature is None else temperature,
             dict(values),

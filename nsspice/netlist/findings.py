@@ -6,6 +6,7 @@ goes on, and ``parse_text`` raises one error with everything at the end.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import replace
 
 from ..errors import Diagnostic, NetlistError, Span
@@ -41,6 +42,14 @@ class Findings:
         self.idle: set[Span] = set()
         self._seen: set[tuple[str, str, str, int, int]] = set()
         self._dropped = 0
+
+    def copied(self) -> Findings:
+        """Return the same findings, to which others may be added."""
+        other = copy.copy(self)
+        for name, value in vars(self).items():
+            if isinstance(value, list | set):
+                setattr(other, name, value.copy())
+        return other
 
     def error(self, code: str, message: str, span: Span | None = None, hint: str = "") -> None:
         """Record an error, unless the same one is there already (a subcircuit used twice)."""

@@ -222,7 +222,81 @@ def _parse(
     added: Sequence[str],
     seed: int,
 ) -> Reading:
-    """Do the work of ``parse_text``."""
+    return _evaluated(_outline(text, file, directory, confined, added), params, seed)
+
+
+class Outline(NamedTuple):
+    """What a text says whatever values its parameters have.
+
+    Parameters
+    ----------
+    title, file : str
+    first : str
+        The first line as it is written.
+    reader : Reader
+        Reports into ``findings``.
+    findings : Findings
+    body : Body
+    scripts : list of Script
+    included : tuple of Path
+    """
+
+    title: str
+    file: str
+    first: str
+    reader: Reader
+    findings: Findings
+    body: Body
+    scripts: list[Script]
+    included: tuple[Path, ...]
+
+
+def outline_of(
+    text: str,
+    file: str = "<netlist>",
+    directory: Path | None = None,
+    confined: bool = False,
+    added: Sequence[str] = (),
+) -> Outline:
+    r"""Read the lines of a netlist once, for decks with different values of its parameters.
+
+    Parameters
+    ----------
+    text, file, directory, confined, added
+        As for :func:`parse_text`.
+
+    Raises
+    ------
+    NetlistError
+        If the text is no netlist.  What lines of it cannot be read is an error of each deck.
+
+    Examples
+    --------
+    >>> lines = outline_of("divider\n.param r=1k\nR1 a 0 {r}\n.op")
+    >>> [deck_of(lines, {"r": r}).elements[0].value for r in (1.0, 2.0)]
+    [1.0, 2.0]
+    """
+    with _no_collection():
+        return _outline(text, file, directory or Path(), confined, added)
+
+
+def deck_of(outline: Outline, params: Mapping[str, float] | None = None, seed: int = 0) -> Deck:
+    """Return the deck of an outline, as from :func:`parse_text`.
+
+    Raises
+    ------
+    NetlistError
+        With everything that is wrong; subcircuits of an outline are read when they are first used,
+        so that another deck of the same outline may not repeat it.
+    """
+    with _no_collection():
+        return _evaluated(outline, params or {}, seed).deck
+
+
+def _outline(
+    text: str, file: str, directory: Path, confined: bool, added: Sequence[str]
+) -> Outline:
+    """Do the first part of the work of ``parse_text``."""
     findings = Findings()
     rows = physical_lines(text)
     drawn = schematic_of(text)
@@ -230,7 +304,6 @@ def _parse(
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
         message = f"{file} is a schematic of {drawn.program}, not a netlist"
         raise NetlistError(Diagnostic("NS1094", message, place, drawn.export))
-    deck = Deck(rows[0].strip().lstrip("\ufeff"), file)
     if _ELEMENT_LIKE.match(rows[0]) or re.match(r"\s*\.(?!title)[a-z]+", rows[0], re.I):
         place = Span(file, 1, 1, max(len(rows[0]), 1), rows[0])
         hint = "put a title line above it"
@@ -241,8 +314,17 @@ def _parse(
     lines = chain(files.main(rows, file, directory), logical_lines(list(added), _ADDED))
     block = build(lines, findings)
     reader = Reader(findings)
-    bodies = BodyReader(reader)
-    body = bodies.read(block)
+    body = BodyReader(reader).read(block)
+    title = rows[0].strip().lstrip("\ufeff")
+    return Outline(title, file, rows[0], reader, findings, body, files.scripts, files.included)
+
+
+def _evaluated(outline: Outline, params: Mapping[str, float], seed: int) -> Reading:
+    """Do the second part of the work of ``parse_text``."""
+    file, body, scripts = outline.file, outline.body, outline.scripts
+    findings = outline.findings.copied()
+    reader = outline.reader.reporting(findings)
+    bodies, deck = BodyReader(reader), Deck(outline.title, file)
     draws = Draws(seed, params)
     scope = Scope(None, "", {}, set(), draws=draws)
     scope.fixed.update({name.lower(): as_float(value) for name, value in params.items()})
@@ -261,13 +343,14 @@ def _parse(
     deck.initial.update(expander.initial)
     deck.integrators = frozenset(expander.initial)
     deck.sampled, deck.delays = expander.sampled, expander.delays
-    deck.elements, deck.included = wound(expander.elements, findings), files.included
+    deck.elements = wound(expander.elements, findings)
+    deck.included = outline.included
     deck.seed = seed
-    if files.scripts:
+    if scripts:
         from .script.plan import computes, plan
 
-        cards.read(computes(files.scripts))
-        plan(deck, cards, files.scripts, findings, seed)
+        cards.read(computes(scripts))
+        plan(deck, cards, scripts, findings, seed)
     else:
         cards.read()
     draw_waveforms(deck, findings)
@@ -276,17 +359,17 @@ def _parse(
     if draws.used:
         message = "the deck draws random values: they are the same in each run"
         hint = "--seed draws others, and so does each .step; nsspice tolerance shows a spread"
-        findings.warning("NS1096", message, Span(file, 1, 1, 1, rows[0]), hint)
+        findings.warning("NS1096", message, Span(file, 1, 1, 1, outline.first), hint)
     findings.settle_absent()
     if not deck.elements and not findings.errors:
-        where = Span(file, 1, 1, 1, rows[0])
+        where = Span(file, 1, 1, 1, outline.first)
         hint = "the first line is the title; elements start in line 2"
         findings.error("NS1091", "the netlist contains no elements", where, hint)
     statement.SHAPES.keep()
     expression_parser.SHAPES.keep()
     findings.raise_errors(deck)
     deck.warnings = findings.warnings
-    return Reading(deck, body, scope, files.scripts)
+    return Reading(deck, body, scope, scripts)
 
 
 def _check_given(deck: Deck, scope: Scope, findings: Findings) -> None:

@@ -29,6 +29,8 @@ from .worker import Outcome, UnknownPlan, learn, run_chunk
 
 #: chunks of a sweep, about: enough for any number of workers to end together
 _CHUNKS = 64
+#: points of a chunk whose steady states are continued from each other, if that makes so many chunks
+_CONTINUED = 8
 #: points of one chunk at most: what is lost with a worker, and what Ctrl-C waits for
 _LARGEST = 32
 #: a process that ends twice over a chunk that runs alone is not an accident
@@ -56,14 +58,15 @@ class Chunk:
 Finished = tuple[Chunk, "list[Outcome] | str"]
 
 
-def chunks_of(rows: Floats) -> list[Chunk]:
+def chunks_of(rows: Floats, continued: bool = False) -> list[Chunk]:
     """Return the points in chunks, whose sizes depend on the number of points alone.
 
-    A chunk continues from point to point: were its size that of the workers' share, results would
-    depend on their number.
+    Were its size that of the workers' share, results would depend on their number, since a chunk
+    continues from point to point where there are steady states (``continued``).
     """
     count = int(rows.shape[0])
-    size = min(max(1, -(-count // _CHUNKS)), _LARGEST)
+    least = min(_CONTINUED, max(1, count // _CONTINUED)) if continued else 1
+    size = min(max(least, -(-count // _CHUNKS)), _LARGEST)
     return [Chunk(k, rows[k : k + size]) for k in range(0, count, size)]
 
 

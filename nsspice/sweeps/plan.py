@@ -14,7 +14,7 @@ from ..analyses.request.controller import Controller
 from ..analyses.request.targets import Target
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import Deck, kind_of
-from ..netlist.parsing import parse_text
+from ..netlist.parsing import Outline, deck_of, outline_of
 from ..netlist.text.source import read_text
 
 
@@ -87,21 +87,32 @@ class Plan:
         text = json.dumps(content, sort_keys=True, default=_named)
         return hashlib.sha256(text.encode()).hexdigest()
 
-    def read(self, folder: Path, params: Mapping[str, float]) -> Deck:
-        """Return the deck with other values of some parameters.
+    def outline(self, folder: Path) -> Outline:
+        """Return the lines of the deck.
 
         Parameters
         ----------
         folder : Path
             Where its files are on this machine.
+        """
+        return outline_of(self.text, self.file, folder, self.confined, self.cards)
+
+    def deck(self, outline: Outline, params: Mapping[str, float]) -> Deck:
+        """Return the deck with other values of some parameters.
+
+        Parameters
+        ----------
+        outline : Outline
+            Of the deck.
         params : mapping of str to float
 
         Raises
         ------
         NetlistError
+            The outline must not be used again.
         """
         given = {**dict(self.overrides), **params}
-        deck = parse_text(self.text, self.file, given, folder, self.confined, self.cards)
+        deck = deck_of(outline, given)
         deck.overrides, deck.confined, deck.source = given, self.confined, self.text
         deck.steps = []  # the sweep replaces them
         return deck

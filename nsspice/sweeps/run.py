@@ -14,7 +14,7 @@ from ..analyses.request.targets import nominal, target_of
 from ..analyses.signals.signal_names import unit
 from ..circuit import Circuit
 from ..errors import Diagnostic, UsageError
-from ..netlist.deck import Measure
+from ..netlist.deck import Measure, kind_of
 from .executors import Chunk, chunks_of, run_chunks
 from .journal import Journal
 from .plan import Options, Plan, measure_cards
@@ -153,13 +153,14 @@ def sweep(
     plan = Plan.of(circuit.deck, targets, measure_cards(circuit.deck, measures or {}), options)
     # what is wrong with added measures is an error here, not one of each point
     home = Path(plan.root) / plan.folder
-    measured = plan.read(home, {}).measures if measures else circuit.deck.measures
+    measured = plan.deck(plan.outline(home), {}).measures if measures else circuit.deck.measures
     outcomes: list[Outcome | None] = [None] * len(points)
     notes = None if journal is None else Journal(Path(journal), plan, points, resume)
     if notes is not None:
         for k, outcome in notes.known.items():
             outcomes[k] = outcome
-    todo = [c for c in chunks_of(points.values) if not _finished(c, outcomes)]
+    continued = any(kind_of(card) == "pss" for card in circuit.deck.analyses)
+    todo = [c for c in chunks_of(points.values, continued) if not _finished(c, outcomes)]
     units = {t.name: t.unit for t in targets if t.unit}
     units |= _units(measured)
     interrupted = False

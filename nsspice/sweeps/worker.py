@@ -22,6 +22,7 @@ from ..analyses.studies.batch import jobs_of, run_job
 from ..circuit import Circuit, build
 from ..errors import NsspiceError
 from ..netlist.deck import Sweep
+from ..netlist.parsing import Outline
 from ..netlist.text.source import read_text
 from .plan import Plan
 from .points import Floats
@@ -60,6 +61,7 @@ class _Ready:
     plan: Plan
     folder: Path
     known: tuple[tuple[float, ...], Circuit] | None = None
+    outline: Outline | None = None
     _temporary: tempfile.TemporaryDirectory[str] | None = field(default=None, repr=False)
 
     @classmethod
@@ -74,7 +76,7 @@ class _Ready:
             (root / name).parent.mkdir(parents=True, exist_ok=True)
             (root / name).write_text(text, encoding="utf-8")
         (root / plan.folder).mkdir(parents=True, exist_ok=True)
-        return cls(plan, root / plan.folder, None, temporary)
+        return cls(plan, root / plan.folder, None, None, temporary)
 
     def circuit(self, row: Floats) -> Circuit:
         """Return the circuit with the parameters of a point; values of elements come later."""
@@ -83,7 +85,10 @@ class _Ready:
         read = tuple(v for t, v in chosen if t.kind in ("param", "model"))
         if self.known is not None and self.known[0] == read:
             return self.known[1]
-        deck = plan.read(self.folder, {t.name: v for t, v in chosen if t.kind == "param"})
+        outline, self.outline = self.outline or plan.outline(self.folder), None
+        deck = plan.deck(outline, {t.name: v for t, v in chosen if t.kind == "param"})
+        if not outline.scripts:  # programs keep what they have computed
+            self.outline = outline
         models = {(t.model, t.key): v for t, v in chosen if t.kind == "model"}
         circuit = build(with_model_values(deck, models) if models else deck)
         self.known = read, circuit

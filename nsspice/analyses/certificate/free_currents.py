@@ -47,7 +47,7 @@ class FreeCurrents:
             from ...problems.isolation import null_space
 
             laws = np.vstack([system.A.dense(), system.D.dense()])
-            if null_space(laws).shape[1]:
+            if null_space(laws[:, _undecided(laws)]).shape[1]:
                 self._around = laws
 
     def take(self, z: Floats, lam: Floats, roles: npt.NDArray[np.uint8] | None) -> None:
@@ -79,6 +79,26 @@ class FreeCurrents:
         if basis.shape[1] == 0:
             return False
         return bool(rays(basis[~on[closed]]))
+
+
+def _undecided(laws: Floats) -> npt.NDArray[np.intp]:
+    """Return the columns that are left when those go, one by one, that are alone in a row.
+
+    A current that is the only one in a law does not move, nor does the next one then.
+
+    Examples
+    --------
+    >>> _undecided(np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 1.0]])).tolist()
+    [1, 2]
+    """
+    there, left = laws != 0.0, np.arange(laws.shape[1])
+    while left.size:
+        mine = there[:, left]
+        alone = mine[mine.sum(axis=1) == 1].any(axis=0)
+        if not alone.any():
+            break
+        left = left[~alone]
+    return left
 
 
 __all__ = ["FreeCurrents"]

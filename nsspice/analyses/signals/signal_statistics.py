@@ -7,6 +7,7 @@ Extremes are zeros of derivatives, and crossings are found by the method of Illi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -91,6 +92,8 @@ class Cells:
         """Return the expression at parts ``part``, shape (p,) or (k, p), of the cells."""
         if part.ndim > 1:
             return trace.at(self.index, self.at(part))
+        if (self.low == self.low[:1]).all() and (self.high == self.high[:1]).all():
+            return trace.at(self.index, self.low[:1] + (self.high[:1] - self.low[:1]) * part)
         # halves of whole pieces have their factors in common
         ends, kind = np.unique(self.low + 1j * self.high, return_inverse=True)
         if ends.size * _ALIKE > self.index.size:
@@ -201,44 +204,59 @@ def slope(trace: Trace, x: float) -> float:
 
 def extreme(trace: Trace, start: float, stop: float, *, least: bool = False) -> tuple[float, float]:
     """Return the largest (``least``: smallest) value in a window, and where it is first reached."""
+    return extremes(trace, start, stop, (-1.0 if least else 1.0,))[0]
+
+
+def extremes(
+    trace: Trace, start: float, stop: float, signs: Sequence[float] = (1.0, -1.0)
+) -> list[tuple[float, float]]:
+    """Return the largest value in a window (of a sign -1 the smallest), and where it is first."""
     if not stop > start:
-        return value(trace, start), start
-    sign = -1.0 if least else 1.0
+        return [(value(trace, start), start)] * len(signs)
     cells = Cells.of(trace, start, stop)
-    tops = np.empty(cells.index.size)
-    swings, where = np.empty(cells.index.size), np.empty(cells.index.size, dtype=np.intp)
-    for first in range(0, cells.index.size, _BLOCK):
+    many, k = np.array(signs), cells.index.size
+    tops, swings = np.empty((2, many.size, k))
+    where = np.empty((many.size, k), dtype=np.intp)
+    for first in range(0, k, _BLOCK):
         block = slice(first, first + _BLOCK)
         part = Cells(cells.index[block], cells.low[block], cells.high[block])
-        seen = sign * part.values(trace, _LOOKS)
-        where[block] = seen.argmax(axis=1)
-        tops[block] = seen.max(axis=1)
-        swings[block] = tops[block] - seen.min(axis=1)
-    best = float(np.fmax.reduce(tops))
-    if np.isnan(best):
-        return float("nan"), float("nan")
+        seen = part.values(trace, _LOOKS)
+        swings[:, block] = seen.max(axis=1) - seen.min(axis=1)
+        for row, sign in enumerate(signs):
+            where[row, block] = (sign * seen).argmax(axis=1)
+            tops[row, block] = (sign * seen).max(axis=1)
+    best = np.fmax.reduce(tops, axis=1)
     # nothing but pieces that may rise above the best point seen is looked at closer
-    near = np.flatnonzero(tops + _RISE * swings >= best)
-    chosen, look = cells.chosen(near), where[near]
+    row, near = np.nonzero(tops + _RISE * swings >= best[:, np.newaxis])
+    chosen, look = cells.chosen(near), where[row, near]
     low, high = _LOOKS[np.maximum(look - 1, 0)], _LOOKS[np.minimum(look + 1, _LOOKS.size - 1)]
     around = Cells(
         chosen.index, *(chosen.low + (chosen.high - chosen.low) * p for p in (low, high))
     )
-    value_, at = _top(trace, around, sign)
-    seen_at = chosen.abscissa(trace, _LOOKS[look])
-    values = np.concatenate([tops[near], value_])
-    places_ = np.concatenate([seen_at, around.abscissa(trace, at)])
-    top = float(np.fmax.reduce(values))
-    first_ = float(places_[values >= top - 2.0 * _EPS * abs(top)].min())
-    return sign * top, first_
+    closer, at = _top(trace, around, many[row])
+    seen_at, top_at = chosen.abscissa(trace, _LOOKS[look]), around.abscissa(trace, at)
+    found = []
+    for one, sign in enumerate(signs):
+        if np.isnan(best[one]):
+            found.append((float("nan"), float("nan")))
+            continue
+        mine = row == one
+        values = np.concatenate([tops[one, near[mine]], closer[mine]])
+        places_ = np.concatenate([seen_at[mine], top_at[mine]])
+        top = float(np.fmax.reduce(values))
+        first_ = float(places_[values >= top - 2.0 * _EPS * abs(top)].min())
+        found.append((sign * top, first_))
+    return found
 
 
-def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
+def _top(trace: Trace, cells: Cells, signs: Floats) -> tuple[Floats, Floats]:
     """Return the largest value in each cell and the part of the cell where it is.
 
-    In so short a cell the expression has one extreme, where the derivative of a polynomial through
-    some of its points is zero, or a kink, to which the best point is as near as halving comes.
+    Of cells with a sign -1 they are those of the expression times -1.  In so short a cell the
+    expression has one extreme, where the derivative of a polynomial through some of its points is
+    zero, or a kink, to which the best point is as near as halving comes.
     """
+    sign = signs[:, np.newaxis]
     values = sign * cells.values(trace, places(_AROUND))
     rates = values @ slopes(_AROUND).T
     # where it rises and then falls
@@ -247,7 +265,7 @@ def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
     low = np.where(turns.any(axis=1), places(_AROUND)[k], places(_AROUND)[values.argmax(axis=1)])
     high = np.where(turns.any(axis=1), places(_AROUND)[k + 1], low)
     at = _summit(rates, low, high)
-    found = sign * cells.values(trace, at[:, np.newaxis])[:, 0]
+    found = (sign * cells.values(trace, at[:, np.newaxis]))[:, 0]
     if trace.linear:
         return found, at  # a piece is smooth, and so is a sum of signals in it
     # a kink: halving by values
@@ -263,7 +281,7 @@ def _top(trace: Trace, cells: Cells, sign: float) -> tuple[Floats, Floats]:
         if np.all(right - left < 1e-12):
             break
     kink = 0.5 * (left + right)
-    of_kink = sign * cells.values(trace, kink[:, np.newaxis])[:, 0]
+    of_kink = (sign * cells.values(trace, kink[:, np.newaxis]))[:, 0]
     higher = of_kink > found + 4.0 * _EPS * np.abs(found)
     return np.where(higher, of_kink, found), np.where(higher, kink, at)
 
@@ -335,7 +353,7 @@ def _inside(trace: Trace, cells: Cells, seen: Floats, level: float, edge: Edge) 
     if row.size:
         around = cells.chosen(row)
         ends = [around.low + (around.high - around.low) * _LOOKS[k + e] for e in (0, 2)]
-        _, at = _top_of_distance(trace, Cells(around.index, *ends), level, np.sign(b[row, k]))
+        _, at = _top(trace, Cells(around.index, *ends), -np.sign(b[row, k]))
         place = _LOOKS[k] + (_LOOKS[k + 2] - _LOOKS[k]) * at
         there = around.values(trace, place[:, np.newaxis])[:, 0] - level
         beyond = there * b[row, k] < 0.0
@@ -352,17 +370,6 @@ def _inside(trace: Trace, cells: Cells, seen: Floats, level: float, edge: Edge) 
     rows, x0, x1, s0, s1 = (np.concatenate(column) for column in zip(*brackets, strict=True))
     chosen = cells.chosen(rows)
     return chosen.abscissa(trace, _root(trace, chosen, level, x0, x1, s0, s1))
-
-
-def _top_of_distance(
-    trace: Trace, cells: Cells, level: float, sign: Floats
-) -> tuple[Floats, Floats]:
-    """Return where an expression comes nearest to a level from the side ``sign``."""
-    values, at = np.zeros(sign.size), np.zeros(sign.size)
-    for side in (-1.0, 1.0):
-        mine = np.flatnonzero(sign == side)
-        values[mine], at[mine] = _top(trace, cells.chosen(mine), -side)
-    return values, at
 
 
 def _root(

@@ -101,8 +101,8 @@ def statistic(
     if name in ("min", "min_at"):
         return statistics.extreme(trace, low, high, least=True)[name == "min_at"]
     if name == "pp":
-        top, _ = statistics.extreme(trace, low, high)
-        return top - statistics.extreme(trace, low, high, least=True)[0]
+        (top, _), (bottom, _) = statistics.extremes(trace, low, high)
+        return top - bottom
     raise NotFound(f"there is no operation {name!r}")
 
 

@@ -175,6 +175,21 @@ def transient(source: Source, conditions: Conditions) -> Waveform:
     return Waveform("pwl", tuple(points), repeat + delay if repeat >= 0.0 else math.nan)
 
 
+def depends_on_run(source: Source) -> bool:
+    """Return whether defaults of a source are times of the run.
+
+    Examples
+    --------
+    >>> from nsspice.errors import Span
+    >>> pulses = [Source(None, None, "pulse", (0.0, 1.0, 0.0, *edges), {}, Span("", 2, 1))
+    ...           for edges in ((), (1e-9, 1e-9, 1e-6, 2e-6))]
+    >>> [depends_on_run(pulse) for pulse in pulses]
+    [True, False]
+    """
+    runs = (Conditions(tstep=1.0, tstop=3.0), Conditions(tstep=2.0, tstop=5.0))
+    return bool(source.kind) and transient(source, runs[0]) != transient(source, runs[1])
+
+
 def _ending(source: Source, conditions: Conditions) -> Waveform | None:
     """Return what is added to a sine so that it stays where it ends, None if it has no end.
 

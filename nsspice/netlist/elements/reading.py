@@ -40,6 +40,12 @@ class Reader:
         self._numbers: dict[str, Number | None] = {}
         self._trees: dict[str, Node] = {}
 
+    def reporting(self, findings: Findings) -> Reader:
+        """Return a reader that knows the same texts and reports elsewhere."""
+        other = Reader(findings)
+        other._numbers, other._trees = self._numbers, self._trees
+        return other
+
     def number(self, line: Line, start: int, end: int, key: str = "") -> float | None:
         """Return the plain number at a place, None if it is something else.
 

@@ -41,6 +41,30 @@ def test_parameters_elements_temperature_and_model_parameters() -> None:
     assert table.units == {"r2": "Ohm", "temp": "°C", "out": "V"}
 
 
+def test_each_point_is_what_its_deck_says() -> None:
+    """Lines are read once; branches, subcircuits and errors are those of each point."""
+    deck = """branches
+.param r=1
+V1 a 0 1
+.subckt load p rl=1k
+Rin p 0 {rl}
+.ends
+.subckt other p
+Rin p 0
+.ends
+.if (r > 2)
+X1 a other
+.else
+X1 a load rl={r*1k}
+.endif
+.op
+.measure op current find i(v1) at=0
+"""
+    table = nsspice.sweep(deck, {"r": [1.0, 3.0, 2.0, 3.0]}, workers=1)
+    assert table["current"][[0, 2]] == pytest.approx([-1e-3, -0.5e-3], rel=1e-13)
+    assert table.status == ["ok", "NS1008", "ok", "NS1008"]
+
+
 def test_a_list_of_points_and_a_data_frame() -> None:
     pandas = pytest.importorskip("pandas")
     columns = {"r": [1e3, 3e3], "r2": [2e3, 1e3]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import multiprocessing
 import os
@@ -50,7 +51,7 @@ def test_the_measures_are_right(alone) -> None:
     assert grid == pytest.approx(24.0 * OVER["d"], rel=1e-10)
 
 
-@pytest.mark.parametrize("workers", [2, 3])
+@pytest.mark.parametrize("workers", [2, 4])
 def test_processes_give_the_same_bits(alone, workers) -> None:
     assert bits(nsspice.sweep(BUCK, OVER, workers=workers)) == bits(alone)
 
@@ -167,9 +168,9 @@ def test_a_journal_of_another_sweep_is_refused(tmp_path: Path) -> None:
 
 
 def test_chunks_do_not_depend_on_workers() -> None:
-    for count in (1, 63, 64, 65, 1000, 5000):
+    for count, continued in itertools.product((1, 63, 64, 65, 1000, 5000), (False, True)):
         rows = np.arange(float(count))[:, None]
-        chunks = chunks_of(rows)
+        chunks = chunks_of(rows, continued)
         assert np.vstack([c.rows for c in chunks]).tolist() == rows.tolist()
         assert max(c.rows.shape[0] for c in chunks) <= 32
 
