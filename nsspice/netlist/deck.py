@@ -11,10 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..errors import Diagnostic, Span
 from .expressions.expression import Expression
+
+if TYPE_CHECKING:
+    from .parsing import Outline
 
 
 class Grid(NamedTuple):
@@ -482,6 +485,8 @@ class Deck:
         Whether files from outside of the deck's folder are refused.
     included : tuple of Path
         Files that ``.include`` and ``.lib`` cards have read.
+    outline : Outline or None
+        Its lines, kept by a deck that is read again with other values.
     """
 
     title: str
@@ -512,3 +517,4 @@ class Deck:
     overrides: dict[str, float] = field(default_factory=dict)
     confined: bool = False
     included: tuple[Path, ...] = ()
+    outline: Outline | None = field(default=None, repr=False, compare=False)

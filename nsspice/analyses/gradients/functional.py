@@ -199,7 +199,9 @@ class Linearised:
 
     def _values(self, names: Sequence[str], time: float, side: int = 0) -> dict[str, float]:
         # what holds on both sides of an instant is recorded around it
-        wide = bounds(self._solution) if side else (time, time)
+        recording = self._solution.recording
+        around = recording is not None and recording.start < time < recording.stop
+        wide = bounds(self._solution) if side and not around else (time, time)
 
         def value(name: str) -> float:
             trace = trace_of(self._solution, Expression.parse(name), None, *wide)

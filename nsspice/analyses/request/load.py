@@ -10,8 +10,8 @@ from ...circuit import Circuit, build
 from ...circuit.build import completed
 from ...circuit.line_settings import with_junctions
 from ...errors import Diagnostic, NetlistError, UsageError
-from ...netlist import parse_file, parse_text
 from ...netlist.deck import Deck
+from ...netlist.parsing import Outline, deck_of, outline_of, text_of
 from .arguments import finite
 
 
@@ -111,35 +111,60 @@ def read_deck(
             f"a netlist is read from a file name or from its text, not from {type(source).__name__}"
         )
     given = dict(params or {})
+    _check(given)
+    outline = _outline(source, file, confined)
+    deck = _valued(outline, given, seed, confined)
+    if not _is_path(source):
+        deck.source = str(source)
+    return deck if junctions is None else with_junctions(deck, junctions)
+
+
+def _is_path(source: str | Path) -> bool:
+    return isinstance(source, Path) or bool(source.strip() and "\n" not in source)
+
+
+def _outline(source: str | Path, file: str, confined: bool) -> Outline:
+    """Return the lines of a file or text."""
+    if _is_path(source):
+        path = Path(source)
+        return outline_of(text_of(path), str(path), path.parent, confined)
+    return outline_of(str(source), file, None, confined)
+
+
+def _check(given: Mapping[str, float]) -> None:
+    """Raise UsageError for a value that is no number."""
     for name, value in given.items():
         if not finite(value):
             message = f"parameter {name} cannot be {value!r}"
             raise UsageError(Diagnostic("NS4005", message, hint="give a finite number"))
+
+
+def _valued(outline: Outline, given: dict[str, float], seed: int, confined: bool) -> Deck:
+    """Return the deck of an outline with some values."""
     try:
-        if isinstance(source, Path) or (source.strip() and "\n" not in source):
-            deck = parse_file(source, given or None, confined, seed)
-        else:
-            deck = parse_text(source, file, given or None, confined=confined, seed=seed)
-            deck.source = source
+        deck = deck_of(outline, given, seed)
     except NetlistError as error:
         raise completed(error) from error
     unknown = [w for w in deck.warnings if w.code == "NS1083" and w.span is None]
     if unknown:  # a name of a .step card has a place
         raise UsageError([replace(w, severity="error") for w in unknown])
     deck.overrides, deck.confined = given, confined
-    return deck if junctions is None else with_junctions(deck, junctions)
+    return deck
 
 
 def read_again(deck: Deck, params: Mapping[str, float]) -> Circuit:
     """Return the circuit of a deck with some parameters changed."""
     given = {**deck.overrides, **params}
-    source: str | Path = deck.source or Path(deck.file)
+    _check(given)
+    outline, deck.outline = deck.outline, None
+    if outline is None:
+        outline = _outline(deck.source or Path(deck.file), deck.file, deck.confined)
+    again = _valued(outline, given, deck.seed, deck.confined)
+    again.source = deck.source
+    if not outline.scripts:  # programs keep what they have computed
+        deck.outline = again.outline = outline
     asked = deck.options.get("junctions")
-    again = read_deck(
-        source, given, deck.file, confined=deck.confined, seed=deck.seed,
-        junctions=None if asked is None else str(asked.value),
-    )  # fmt: skip
-    return build(again)
+    return build(again if asked is None else with_junctions(again, str(asked.value)))
 
 
 def at_temperature(circuit: Circuit, temperature: float | None) -> Circuit:

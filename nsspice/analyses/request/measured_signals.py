@@ -52,19 +52,25 @@ class Watched:
 
     @classmethod
     def of(
-        cls, circuit: Circuit, analysis: Tran, more: Sequence[str] = (), kind: str = "tran"
+        cls,
+        circuit: Circuit,
+        analysis: Tran,
+        more: Sequence[str] = (),
+        kind: str = "tran",
+        every: bool = False,
     ) -> Watched | None:
         """Return what the measures of a deck and ``more`` signals need, None if rows will do.
 
-        Those of a steady state (``pss``) that are integrals follow from closed forms instead.
+        Those of a steady state (``pss``) that are integrals follow from closed forms instead, those
+        at output points from rows, unless ``every`` signal is asked for.
         """
-        closed = _INTEGRALS if kind == "pss" else frozenset()
+        closed = _INTEGRALS if kind == "pss" and not every else frozenset()
         cards = [
             card
             for card in circuit.deck.measures
             if card.analysis == kind
             and card.operation not in ("param", *closed)
-            and not _at_row(card, analysis)
+            and (every or not _at_row(card, analysis))
         ]
         windows = [_window(card, analysis) for card in cards]
         if more:

@@ -61,6 +61,8 @@ class Request:
         Elements whose power is useful.
     follow : sequence of str
         Signals to record between the rows, for statistics and pictures.
+    record : bool
+        Whether signals of all measures are recorded, and stay so.
     everything : bool
         Simulate also what no signal depends on.
     temperature : float or None
@@ -84,6 +86,7 @@ class Request:
     power: bool = False
     loads: tuple[str, ...] = ()
     follow: Sequence[str] = field(default_factory=tuple)
+    record: bool = False
     everything: bool = False
     accuracy: str | None = None
     temperature: float | None = None

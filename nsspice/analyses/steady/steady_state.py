@@ -227,7 +227,9 @@ def run_pss(circuit: Circuit, analysis: Pss, request: Request) -> Solution:
         settings,
         replace(request, keep=True, progress=None),
         # a run of its own for peaks and crossings would cost as much again
-        watched=Watched.of(circuit, cycle, kind="pss") if request.extra else None,
+        watched=Watched.of(circuit, cycle, kind="pss", every=request.record)
+        if request.extra
+        else None,
         beginnings=[None if o is None else o.beginning for o in orbits],
         periodic_sources=True,
     )

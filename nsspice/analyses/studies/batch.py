@@ -357,7 +357,7 @@ def _run_job(
         _repeat_with(solution, deck, parameters)
     if not solution.interrupted:
         _add_results(circuit, solution, job, request, measures)
-    if job.values and not request.follow:
+    if job.values and not (request.follow or request.record):
         solution.recording = None  # of one run it may fill memory, of a thousand it does
     return solution
 
@@ -434,7 +434,7 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
         keep=request.keep or any(m.analysis == "tran" for m in deck.measures),
         everything=request.everything or request.power,
     )
-    watched = Watched.of(circuit, analysis, named(request.follow))
+    watched = Watched.of(circuit, analysis, named(request.follow), every=request.record)
     solution = run_tran(circuit, analysis, settings, wanted, watched=watched, beginnings=beginnings)
     if (request.power or _needs_integrals(deck)) and not controlled:
         from ..transient.blocks import split

@@ -17,7 +17,7 @@ from ..gradients.differentiated import differentiated
 from ..gradients.refusals import undone
 from ..gradients.variation import Decks, Parameter
 from ..request.load import need_circuit
-from ..request.request import Request
+from ..request.request import Neighbour, Request
 from ..signals.curve import Floats
 from .batch import jobs_of, run_job
 
@@ -107,8 +107,12 @@ def evaluated(
     measures: Sequence[str],
     parameters: Sequence[str],
     values: Mapping[str, float],
+    neighbour: Neighbour | None = None,
 ) -> Gradient:
-    """Return measures and their derivatives with other values of some elements."""
+    """Return measures and their derivatives with other values of some elements.
+
+    Steady states are looked for near those of the ``neighbour``, and become it.
+    """
     deck = circuit.deck
     known = {m.name: m.analysis for m in deck.measures}
     for name in measures:
@@ -133,7 +137,8 @@ def evaluated(
         if not mine:
             continue
         steps = tuple((Sweep(n, "element", (v,), job.card.span), v) for n, v in values.items())
-        solution = run_job(circuit, replace(job, steps=steps), Request(keep=True))
+        wanted = Request(record=True, neighbour=neighbour or Neighbour())
+        solution = run_job(circuit, replace(job, steps=steps), wanted)
         if any(math.isnan(solution.measures[name]) for name in mine):
             raise undone(
                 "it has no result", next(n for n in mine if math.isnan(solution.measures[n]))

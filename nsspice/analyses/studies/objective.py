@@ -11,6 +11,7 @@ from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError
 from ..gradients.variation import Parameter
 from ..request.load import need_circuit, read_again
+from ..request.request import Neighbour
 from ..signals.curve import Floats
 from .gradient import Gradient, evaluated
 
@@ -50,6 +51,7 @@ class Objective:
         self.start: Floats = np.array([p.value for p in by])
         self.runs = 0
         self._last: tuple[bytes, Gradient] | None = None
+        self._neighbour = Neighbour()
 
     def at(self, x: npt.ArrayLike) -> Gradient:
         """Return all measures and derivatives at values of the parameters; the last are kept."""
@@ -61,7 +63,8 @@ class Objective:
             circuit = read_again(self._circuit.deck, params) if params else self._circuit
             names = [name for name, _ in self._by]
             self.runs += 1
-            self._last = point.tobytes(), evaluated(circuit, self._measures, names, values)
+            found = evaluated(circuit, self._measures, names, values, self._neighbour)
+            self._last = point.tobytes(), found
         return self._last[1]
 
     def values(self, x: npt.ArrayLike) -> Floats:

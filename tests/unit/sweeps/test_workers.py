@@ -140,7 +140,7 @@ def test_ctrl_c_keeps_what_is_finished_and_a_journal_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr("nsspice.sweeps.run.run_chunks", stopped)
         table = nsspice.sweep(BUCK, OVER, workers=1, journal=journal)
-    done = sum(c.rows.shape[0] for c in chunks_of(alone.points.values)[:5])
+    done = sum(c.rows.shape[0] for c in chunks_of(alone.points.values, True)[:5])
     assert table.interrupted
     assert table.status == ["ok"] * done + ["not run"] * (len(table) - done)
     with journal.open("ab") as file:  # a line that was torn by a kill
