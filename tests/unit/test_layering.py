@@ -57,6 +57,7 @@ HANDS_OVER = {
 
 #: file -> rooms after its own of which it only names a type
 NAMES_A_TYPE = {
+    "netlist/deck.py": {"netlist.parsing"},
     "analyses/solution/solution.py": {"analyses.transient"},
     "devices/device.py": {"devices.diodes"},
     "devices/stamper.py": {"devices.expressions"},

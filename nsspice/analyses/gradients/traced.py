@@ -85,7 +85,9 @@ class Traced:
             other = build(with_model_values(other.deck, models))
         # an element moves from the value that the parameters give it
         values = {
-            p.target.name: value if not params else nominal(other, p.target) + (value - p.value)
+            p.target.name: nominal(other, p.target) + (value - p.value)
+            if params and not p.given
+            else value
             for p, value in elements
         }
         return other, values

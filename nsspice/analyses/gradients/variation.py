@@ -40,11 +40,13 @@ class Parameter:
     ----------
     target : Target
     value : float
-        In the deck.
+    given : bool
+        Whether the value of an element replaces that of the deck, and what it depends on.
     """
 
     target: Target
     value: float
+    given: bool = False
 
     @classmethod
     def of(cls, circuit: Circuit, name: str) -> Parameter:

@@ -227,20 +227,20 @@ def extremes(
             tops[row, block] = (sign * seen).max(axis=1)
     best = np.fmax.reduce(tops, axis=1)
     # nothing but pieces that may rise above the best point seen is looked at closer
-    row, near = np.nonzero(tops + _RISE * swings >= best[:, np.newaxis])
-    chosen, look = cells.chosen(near), where[row, near]
+    rows, near = np.nonzero(tops + _RISE * swings >= best[:, np.newaxis])
+    chosen, look = cells.chosen(near), where[rows, near]
     low, high = _LOOKS[np.maximum(look - 1, 0)], _LOOKS[np.minimum(look + 1, _LOOKS.size - 1)]
     around = Cells(
         chosen.index, *(chosen.low + (chosen.high - chosen.low) * p for p in (low, high))
     )
-    closer, at = _top(trace, around, many[row])
+    closer, at = _top(trace, around, many[rows])
     seen_at, top_at = chosen.abscissa(trace, _LOOKS[look]), around.abscissa(trace, at)
     found = []
     for one, sign in enumerate(signs):
         if np.isnan(best[one]):
             found.append((float("nan"), float("nan")))
             continue
-        mine = row == one
+        mine = rows == one
         values = np.concatenate([tops[one, near[mine]], closer[mine]])
         places_ = np.concatenate([seen_at[mine], top_at[mine]])
         top = float(np.fmax.reduce(values))

@@ -128,7 +128,10 @@ def evaluated(
     if deck.delays:
         raise undone("a deck with delays is not differentiated", deck.delays[0].element)
     by = [Parameter.of(circuit, name) for name in parameters]
-    by = [replace(p, value=values.get(p.target.name, p.value)) for p in by]
+    by = [
+        replace(p, value=values[p.target.name], given=True) if p.target.name in values else p
+        for p in by
+    ]
     decks = Decks(circuit)
     table: dict[str, dict[str, float]] = {}
     results: dict[str, float] = {}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,9 @@ class Objective:
 
     Attributes
     ----------
+    measures : list of str
+    single : bool
+        Whether it is one measure, without a goal.
     start : ndarray
         Values of the parameters in the deck.
     runs : int
@@ -32,14 +36,15 @@ class Objective:
     ) -> None:
         need_circuit(circuit)
         self._circuit = circuit
+        self.single = isinstance(measures, str)
         self._goals = (
             None if isinstance(measures, str) else {k.lower(): v for k, v in measures.items()}
         )
-        self._measures = (
+        self.measures = (
             [measures.lower()] if isinstance(measures, str) else list(self._goals or {})
         )
         by = [Parameter.of(circuit, name) for name in parameters]
-        if not by or not self._measures:
+        if not by or not self.measures:
             message = "an objective needs measures and parameters"
             raise UsageError(Diagnostic("NS4005", message, hint="name at least one of each"))
         self._by = [(p.target.name, p.target.kind) for p in by]
@@ -63,7 +68,7 @@ class Objective:
             circuit = read_again(self._circuit.deck, params) if params else self._circuit
             names = [name for name, _ in self._by]
             self.runs += 1
-            found = evaluated(circuit, self._measures, names, values, self._neighbour)
+            found = evaluated(circuit, self.measures, names, values, self._neighbour)
             self._last = point.tobytes(), found
         return self._last[1]
 
@@ -90,6 +95,25 @@ class Objective:
         if self._goals is None:
             return float(values[0]), np.asarray(jacobian[0])
         return 0.5 * float(values @ values), np.asarray(values @ jacobian)
+
+    def to_jax(self) -> Callable[[Any], Any]:
+        """Return :meth:`values` as a function of a JAX array, of a single measure its value.
+
+        ``jax.grad``, ``jit`` and ``vmap`` apply to it and to what is made of it; runs happen on the
+        host.  Without ``jax_enable_x64`` JAX rounds to seven digits.
+        """
+        from .autodiff import for_jax
+
+        return for_jax(self)
+
+    def to_torch(self) -> Callable[[Any], Any]:
+        """Return :meth:`values` as a function of a PyTorch tensor, of a single measure its value.
+
+        Its result can be differentiated by ``backward()``, on its own or within a model.
+        """
+        from .autodiff import for_torch
+
+        return for_torch(self)
 
 
 def objective(

@@ -295,6 +295,17 @@ def test_a_parameter_and_the_element_whose_value_it_is() -> None:
     assert_close(found.derivatives, {"i_low": low}, found.parameters)
 
 
+def test_a_parameter_and_an_element_with_another_value() -> None:
+    """What an optimiser tries: R1 is not what the deck says while V is a parameter of the deck."""
+    target = nsspice.objective(nsspice.read(RC), "end", ["v", "r1"])
+    x = np.array([4.0, 2e3])
+    wanted = complex_step.derivatives(
+        lambda p: {"end": rc(p["v"], 2.5, 0.5, p["r1"], 1e-6)["end"]}, {"v": 4.0, "r1": 2e3}
+    )
+    found = dict(zip(["v", "r1"], target(x)[1].tolist(), strict=True))
+    assert_close({"end": found}, wanted, {"v": 4.0, "r1": 2e3})
+
+
 def test_one_assembly_gives_what_differences_of_many_do(monkeypatch: pytest.MonkeyPatch) -> None:
     """Coupled inductors, delays that depend on parameters, functions that are not traced."""
     text = Path("netlists/steady/dual_active_bridge.net").read_text("utf-8")
