@@ -112,4 +112,3 @@ def need_library(name: str) -> ModuleType:
                 hint=f"pip install {package}, or write .csv or .npz",
             )
         ) from error
-

@@ -296,9 +296,9 @@ def _exactly(a: Models, b: Models, rounding: Floats) -> Floats:
 
 def _unit(models: Models) -> npt.NDArray[np.bool_]:
     c = models.coefficients
-    return np.asarray(
-        (models.remainder == 0.0) & ~c[..., 1:].any(axis=-1) & np.isin(c[..., 0], (-1.0, 0.0, 1.0))
-    )
+    value = np.abs(c[..., 0])
+    constant = (models.remainder == 0.0) & ~c[..., 1:].any(axis=-1)
+    return np.asarray(constant & ((value == 0.0) | (value == 1.0)))
 
 
 def combined(matrix: Floats, models: Models) -> Models:

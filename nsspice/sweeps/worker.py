@@ -14,7 +14,6 @@ import numpy as np
 
 from ..analyses.request.request import Neighbour, Request
 from ..analyses.request.targets import check, with_model_values
-from ..analyses.results.loop_report import LoopReport
 from ..analyses.results.loss_table import LossTable
 from ..analyses.solution.refusal import failure_of
 from ..analyses.solution.solution import Solution
@@ -208,20 +207,10 @@ def values_of(solution: Solution) -> dict[str, float]:
     """Return the numbers of a solution: measures, margins of a loop gain, powers."""
     found = dict(solution.measures)
     if solution.loop is not None:
-        found |= _margins(solution.loop)
+        found |= solution.loop.margins()
     if solution.powers is not None:
         found |= _powers(solution.powers)
     return found
-
-
-def _margins(loop: LoopReport) -> dict[str, float]:
-    first = loop.crossovers[0].frequency if loop.crossovers else None
-    margins = {
-        "phase_margin": loop.phase_margin,
-        "gain_margin": loop.gain_margin,
-        "crossover": first,
-    }
-    return {name: np.nan if value is None else float(value) for name, value in margins.items()}
 
 
 def _powers(powers: LossTable) -> dict[str, float]:

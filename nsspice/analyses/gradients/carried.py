@@ -55,6 +55,8 @@ class Carried(Traced):
         return Carried(self._with(other) - self.model)
 
     def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, Carried) and other in (0.0, 1.0, -1.0):  # signs of incidence
+            return self if other == 1.0 else -self if other else 0.0
         return 0.0 if other == 0.0 else Carried(self.model * self._with(other))
 
     def __truediv__(self, other: Any) -> Any:

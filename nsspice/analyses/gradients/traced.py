@@ -7,7 +7,7 @@ derivatives are compared with a difference.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -110,9 +110,11 @@ class Traced:
 
     def of_cards(self, analysis: str) -> list[dict[Any, float]]:
         """Return the derivatives of the numbers on an analysis' measures by each parameter."""
-        return self._slopes(
-            *(on_cards(circuit.deck, analysis) for circuit, _ in (self._carried, *self._moved))
-        )
+        return self.of_circuit(lambda circuit: on_cards(circuit.deck, analysis))
+
+    def of_circuit(self, numbers: Callable[[Circuit], Numbers]) -> list[dict[Any, float]]:
+        """Return the derivatives of some numbers of the circuit by each parameter."""
+        return self._slopes(*(numbers(circuit) for circuit, _ in (self._carried, *self._moved)))
 
     def _slopes(self, numbers: Numbers, above: Numbers, below: Numbers) -> list[dict[Any, float]]:
         found: list[dict[Any, float]] = [{} for _ in self._parameters]

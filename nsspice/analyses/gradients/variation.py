@@ -172,7 +172,7 @@ def of_island(
             conditions = replace(conditions, temperature=value)
         other = changed(apart(circuit, home, mna, conditions))
         if _structure(other) != _structure(mna):
-            raise UsageError(_other_equations(parameter))
+            raise other_equations(parameter)
         return _numbers(circuit, other, names)
 
     try:
@@ -180,7 +180,7 @@ def of_island(
     except (IndexError, NsspiceError) as problem:
         if isinstance(problem, UsageError) and problem.diagnostics[0].code == "NS4042":
             raise
-        raise UsageError(_other_equations(parameter)) from problem
+        raise other_equations(parameter) from problem
 
 
 def _structure(mna: MnaSystem) -> tuple[Any, ...]:
@@ -188,12 +188,16 @@ def _structure(mna: MnaSystem) -> tuple[Any, ...]:
     return mna.unknowns, mna.pairs, kinds
 
 
-def _other_equations(parameter: Parameter) -> Diagnostic:
+def other_equations(parameter: Parameter) -> UsageError:
+    """Return the error of a parameter another value of which makes other equations."""
     name, value = parameter.target.name, parameter.value
-    return Diagnostic(
-        "NS4042",
-        f"there is no derivative by {name} at {value:g}: other values near it make other equations",
-        hint="give it a value at which the circuit has the same elements on both sides",
+    return UsageError(
+        Diagnostic(
+            "NS4042",
+            f"there is no derivative by {name} at {value:g}: other values near it make other "
+            "equations",
+            hint="give it a value at which the circuit has the same elements on both sides",
+        )
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -45,6 +46,16 @@ class LoopReport:
     def gain_margin(self) -> float | None:
         """The least gain margin [dB], None if the phase does not reach -180 deg."""
         return min((c.margin for c in self.reversals), key=abs, default=None)
+
+    def margins(self) -> dict[str, float]:
+        """Return margins and first crossover [Hz] by name, nan where there is none."""
+        first = self.crossovers[0].frequency if self.crossovers else None
+        found = {
+            "phase_margin": self.phase_margin,
+            "gain_margin": self.gain_margin,
+            "crossover": first,
+        }
+        return {name: math.nan if v is None else float(v) for name, v in found.items()}
 
     def to_dict(self) -> dict[str, object]:
         """Return a JSON-ready mapping."""

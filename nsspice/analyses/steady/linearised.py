@@ -287,6 +287,12 @@ def respond(
     NumericalError
         NS3063 where the equations have no solution.
     """
+    x = solutions(point, s, weights)
+    return point.outputs(functionals, s, x, point.sources(weights))
+
+
+def solutions(point: Point, s: Complexes, weights: Mapping[str, complex]) -> Complexes:
+    """Return unknowns and active multipliers, shape (k, n + active), at complex frequencies."""
     value, rate = point.matrices()
     delays = point.delays()
     right, right_rate = point.drive(weights)
@@ -303,7 +309,7 @@ def respond(
             x[k : k + _BATCH] = _solved(matrix, rhs, part)
     else:
         x = _sparse(value, rate, delays, right, right_rate, s)
-    return point.outputs(functionals, s, x, point.sources(weights))
+    return x
 
 
 def _solved(matrix: Complexes, rhs: Complexes, s: Complexes) -> Complexes:

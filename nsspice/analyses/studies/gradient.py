@@ -12,9 +12,10 @@ import numpy as np
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError, suggest
 from ...lazy import need_library
-from ...netlist.deck import Sweep
+from ...netlist.deck import LoopCard, Sweep
 from ..gradients.differentiated import differentiated
 from ..gradients.refusals import undone
+from ..gradients.responses import MARGINS, Responses, of_margins, of_measures
 from ..gradients.variation import Decks, Parameter
 from ..request.load import need_circuit
 from ..request.request import Neighbour, Request
@@ -22,7 +23,7 @@ from ..signals.curve import Floats
 from .batch import jobs_of, run_job
 
 #: what is differentiated
-_KINDS = ("tran", "pss")
+_KINDS = ("tran", "pss", "ac", "loop")
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +116,8 @@ def evaluated(
     """
     deck = circuit.deck
     known = {m.name: m.analysis for m in deck.measures}
+    if any(isinstance(card, LoopCard) for card in deck.analyses):
+        known = {**dict.fromkeys(MARGINS, "loop"), **known}
     for name in measures:
         if name not in known:
             hint = suggest(name, known) or f"it has {', '.join(known) or 'none'}"
@@ -142,13 +145,21 @@ def evaluated(
         steps = tuple((Sweep(n, "element", (v,), job.card.span), v) for n, v in values.items())
         wanted = Request(record=True, neighbour=neighbour or Neighbour())
         solution = run_job(circuit, replace(job, steps=steps), wanted)
-        if any(math.isnan(solution.measures[name]) for name in mine):
-            raise undone(
-                "it has no result", next(n for n in mine if math.isnan(solution.measures[n]))
-            )
-        found = differentiated(circuit, solution, job.card, values).derivatives(mine, by, decks)
+        margins = {} if solution.loop is None else solution.loop.margins()
+        measured = {**margins, **solution.measures}
+        if any(math.isnan(measured[name]) for name in mine):
+            raise undone("it has no result", next(n for n in mine if math.isnan(measured[n])))
+        if job.kind in ("ac", "loop"):
+            about = Responses(circuit, Request(values=values), by, decks)
+            if isinstance(job.card, LoopCard):
+                found = of_margins(about, solution, job.card, mine)
+            else:
+                found = of_measures(about, solution, mine)
+        else:
+            source = differentiated(circuit, solution, job.card, values)
+            found = source.derivatives(mine, by, decks)
         for name, row in zip(mine, found.tolist(), strict=True):
-            results[name] = solution.measures[name]
+            results[name] = measured[name]
             table[name] = {p.target.name: d for p, d in zip(by, row, strict=True)}
     return Gradient(
         {name: results[name] for name in measures},

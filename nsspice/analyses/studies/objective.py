@@ -40,9 +40,7 @@ class Objective:
         self._goals = (
             None if isinstance(measures, str) else {k.lower(): v for k, v in measures.items()}
         )
-        self.measures = (
-            [measures.lower()] if isinstance(measures, str) else list(self._goals or {})
-        )
+        self.measures = [measures.lower()] if isinstance(measures, str) else list(self._goals or {})
         by = [Parameter.of(circuit, name) for name in parameters]
         if not by or not self.measures:
             message = "an objective needs measures and parameters"
