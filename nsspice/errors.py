@@ -136,6 +136,10 @@ class NsspiceError(Exception):
         self.diagnostics: list[Diagnostic] = list(diagnostics)
         super().__init__("\n".join(d.render() for d in self.diagnostics))
 
+    def _render_traceback_(self) -> list[str]:
+        # what notebooks print: the findings, not the way through the program
+        return [f"{type(self).__name__}: {self}"]
+
     def amend(self, words: str) -> None:
         """Add words to the sentence of the first finding, such as the values of a sweep."""
         first = self.diagnostics[0]

@@ -144,7 +144,7 @@ def _valued(outline: Outline, given: dict[str, float], seed: int, confined: bool
     try:
         deck = deck_of(outline, given, seed)
     except NetlistError as error:
-        raise completed(error) from error
+        raise completed(error) from None
     unknown = [w for w in deck.warnings if w.code == "NS1083" and w.span is None]
     if unknown:  # a name of a .step card has a place
         raise UsageError([replace(w, severity="error") for w in unknown])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -69,8 +70,14 @@ class _Combined:
         return dict(zip(self.names, found, strict=True))
 
 
-#: Runs a transient once more and records signals over a window.
-Again = Callable[[Sequence[str], float, float], Recording]
+class Again(Protocol):
+    """Runs a transient once more."""
+
+    def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
+        """Record signals over a window [s]."""
+
+    def integrals(self) -> Any:
+        """Return the integrals of its signals in closed form."""
 
 
 def recorded(

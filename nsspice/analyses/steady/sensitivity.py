@@ -28,7 +28,7 @@ from ...solvers.step_maps import Stimuli
 from ..request.load import need_circuit
 from ..request.request import Request
 from ..request.values import checked_values
-from ..results.sensitivity import Sensitivity, ranked
+from ..results.sensitivity import Sensitivities, Sensitivity, ranked
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -85,9 +85,7 @@ def _parameter_of(device: Device, mna: MnaSystem) -> ElementValue | None:
     return None
 
 
-def summed(
-    circuit: Circuit, keys: Sequence[str], islands: Mapping[int, Slopes]
-) -> list[Sensitivity]:
+def summed(circuit: Circuit, keys: Sequence[str], islands: Mapping[int, Slopes]) -> Sensitivities:
     """Return the sensitivities of signals, each a sum over islands."""
     found: dict[tuple[str, str], Sensitivity] = {}
     for key in keys:
@@ -112,7 +110,7 @@ def sens(
     *,
     temperature: float | None = None,
     values: Mapping[str, float] | None = None,
-) -> list[Sensitivity]:
+) -> Sensitivities:
     """Find how averages in the periodic steady state depend on elements.
 
     Parameters
@@ -128,7 +126,8 @@ def sens(
     Returns
     -------
     list of Sensitivity
-        Signal by signal, the elements with the largest effect first.
+        Signal by signal, the elements with the largest effect first; shown as a table, also a
+        DataFrame (``to_pandas()``).
 
     Raises
     ------

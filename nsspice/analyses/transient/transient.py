@@ -39,6 +39,8 @@ from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
 from .handover_to_steps import Race
+from .integrable_run import integrals_of
+from .integrals import Integrals
 from .island_runner import IslandRunner
 from .row_checks import copies_of, limits, unwatched, violations
 
@@ -469,6 +471,14 @@ class Rerun:
         solution = self._run(circuit, request, watched)
         assert solution.recording is not None
         return solution.recording
+
+    def integrals(self) -> Integrals:
+        """Return integrals of the signals in closed form."""
+        circuit = again(self.deck, self.parameters)
+        blocks = Blocks(circuit)
+        if self.beginnings is None:
+            blocks = split(circuit, self.settings, self.analysis, self.request)
+        return integrals_of(blocks, self.analysis, self.request, self.beginnings)
 
     def rows(self, names: Sequence[str]) -> Solution:
         """Return other signals at the same output points."""

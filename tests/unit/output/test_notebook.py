@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from types import SimpleNamespace
@@ -52,6 +53,45 @@ def test_a_circuit_is_its_size_and_the_effects_of_its_elements() -> None:
     html = nsspice.read(many + "\nR0x n99 0 1\n")._repr_html_()
     assert "... and 89 more" in html
     assert len(html) < 2000
+
+
+def test_a_misspelt_netlist_is_one_error() -> None:
+    with pytest.raises(nsspice.NetlistError) as raised:
+        nsspice.read(DECK.replace("1k", "{s}"))
+    shown = raised.value._render_traceback_()
+    assert shown == [f"NetlistError: {raised.value}"]
+    assert shown[0].count("error NS") == 1
+    # without a notebook the way through the reader is not printed a second time, either
+    assert raised.value.__suppress_context__
+
+
+def test_sensitivities_are_a_table() -> None:
+    pandas = pytest.importorskip("pandas")
+    circuit = nsspice.read("""chopped
+V1 a 0 PULSE(0 1 0 0 0 5u 10u)
+R1 a b 1k
+R2 b 0 3k
+C1 b 0 10n
+.pss
+""")
+    found = nsspice.sens(circuit, ["v(b)"], ["r1", "r2"])
+    heading, *rows = str(found).splitlines()
+    assert heading.split() == ["signal", "element", "value", "average", "derivative"]
+    # 0.5 R2 / (R1 + R2), by both
+    wanted = {"r1": -0.5 * 3e3 / 16e6, "r2": 0.5 * 1e3 / 16e6}
+    assert {row.split()[1]: float(row.split()[4]) for row in rows} == pytest.approx(wanted)
+    assert found._repr_html_().count("<tr>") == 3
+    frame = found.to_pandas()
+    assert isinstance(frame, pandas.DataFrame)
+    assert list(frame["element"]) == [row.split()[1] for row in rows]
+
+
+def test_losses_of_a_transient() -> None:
+    (solution,) = nsspice.run(DECK)
+    table = solution.losses()
+    # of the energy that charging takes: C V^2 (1 - e^-2) / 2 in R, T = RC = 1 ms
+    lost = {row.element: row.power for row in table.rows}["r1"]
+    assert lost == pytest.approx(0.5e-6 * -math.expm1(-2.0) / 1e-3, rel=1e-9)
 
 
 def test_a_picture_shows_itself() -> None:
