@@ -146,4 +146,9 @@ def test_a_system_is_assembled_anew_under_other_conditions_alone():
     assert conductances == [0.5, 0.25]
     assert island.assemble(50.0, values) is not second
     assert island.assemble(values=values, analysis="dc") is not second
-    assert island.assemble(values=values, tstop=1.0).layout.conditions.tstop == 1.0
+    # times of the run count where a source has them as defaults
+    last = island.assemble(values=values)
+    assert island.assemble(values=values, tstop=1.0) is last
+    pulse = build(parse_text("edge\nV1 a 0 PULSE(0 1)\nR1 a 0 1")).islands[0]
+    edges = [pulse.assemble(tstop=t).system.waveforms[0].values[3] for t in (1.0, 2.0)]
+    assert edges == [1e-3, 2e-3]
