@@ -82,10 +82,7 @@ class Island:
             kind = f"degrees Celsius is {why}" if number else "is not a number"
             message = f"a temperature of {temperature} {kind}"
             raise UsageError(Diagnostic("NS4005", message, None, "give degrees Celsius"))
-        if self._timed is None:
-            sources = [getattr(device, "source", None) for device in self.devices]
-            self._timed = any(isinstance(s, Source) and depends_on_run(s) for s in sources)
-        if not self._timed:
+        if not self.timed:
             tstep = tstop = None  # one system for all runs
         conditions = Conditions(
             self.defaults.temperature if temperature is None else temperature,
@@ -98,6 +95,14 @@ class Island:
         if self._last is None or self._last[0] != conditions:
             self._last = conditions, assemble(self.devices, self.nodes, conditions)
         return self._last[1]
+
+    @property
+    def timed(self) -> bool:
+        """True if defaults of its sources are times of the run."""
+        if self._timed is None:
+            sources = [getattr(device, "source", None) for device in self.devices]
+            self._timed = any(isinstance(s, Source) and depends_on_run(s) for s in sources)
+        return self._timed
 
     @property
     def pair_count(self) -> int:

@@ -41,15 +41,15 @@ def family(
     colours = _colours(len(curves))
     for axes, name in zip(panels, names, strict=True):
         y = table[name]
-        factor, letter = prefix(_size(y))
+        factor, unit = _scale(table, name, y)
         for (label, rows), colour in zip(curves.items(), colours, strict=True):
             order = rows[np.argsort(x[rows], kind="stable")]
             axes.plot(x[order], y[order] / factor, marker=".", color=colour, label=label)
-        axes.set_ylabel(_shown(_named(name, letter, table.units.get(name, ""))))
+        axes.set_ylabel(_shown(_named(name, unit)))
         axes.grid(alpha=0.3)
     if _is_logarithmic(x):
         panels[-1].set_xscale("log")
-    panels[-1].set_xlabel(_shown(_named(last, "", table.units.get(last, ""))))
+    panels[-1].set_xlabel(_shown(_named(last, table.units.get(last, ""))))
     if len(curves) > 1:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper")
     figure.suptitle(_shown(table.title))
@@ -70,12 +70,12 @@ def contours(table: SweepTable, measure: str, path: str | Path | None = None) ->
     figure = new_figure()
     figure.set_size_inches(7.0, 5.0)
     axes = figure.subplots()
-    factor, letter = prefix(_size(values))
+    factor, unit = _scale(table, measure, values)
     filled = axes.contourf(x, y, values / factor, _LEVELS, cmap="viridis")
     lines = axes.contour(x, y, values / factor, _LEVELS, colors="white", linewidths=0.4)
     axes.clabel(lines, inline=True, fontsize=7)
     bar = figure.colorbar(filled, ax=axes)
-    bar.set_label(_shown(_named(measure, letter, table.units.get(measure, ""))))
+    bar.set_label(_shown(_named(measure, unit)))
     failed = ~np.isfinite(values)
     if failed.any():
         down, right = np.nonzero(failed)
@@ -84,7 +84,7 @@ def contours(table: SweepTable, measure: str, path: str | Path | None = None) ->
     for axis, column, label in ((axes.xaxis, x, table.swept[1]), (axes.yaxis, y, table.swept[0])):
         if _is_logarithmic(column):
             axis._set_axes_scale("log")
-        axis.set_label_text(_shown(_named(label, "", table.units.get(label, ""))))
+        axis.set_label_text(_shown(_named(label, table.units.get(label, ""))))
     axes.set_title(_shown(table.title))
     return finished(figure, path, False)
 
@@ -98,7 +98,7 @@ def histogram(table: SweepTable, measure: str, path: str | Path | None = None) -
     if values.size < 2:
         raise _nothing(f"{measure} has fewer than two values")
     unit = table.units.get(measure, "")
-    factor, letter = prefix(_size(values))
+    factor, scaled = _scale(table, measure, values)
     figure = new_figure()
     figure.set_size_inches(7.0, 4.0)
     axes = figure.subplots()
@@ -109,7 +109,7 @@ def histogram(table: SweepTable, measure: str, path: str | Path | None = None) -
     spread = f"mean {number(mean, unit)}, deviation {number(deviation, unit, 3)}"
     text = f"{values.size} points: {spread}; dashed: 5 %, 50 %, 95 %"
     axes.set_title(f"{_shown(table.title)}\n{text}", fontsize=9)
-    axes.set_xlabel(_shown(_named(measure, letter, unit)))
+    axes.set_xlabel(_shown(_named(measure, scaled)))
     axes.set_ylabel("points")
     return finished(figure, path, False)
 
@@ -141,16 +141,31 @@ def _size(values: Floats) -> float:
     return float(np.abs(finite).max(initial=0.0))
 
 
+def _scale(table: SweepTable, measure: str, values: Floats) -> tuple[float, str]:
+    """Return by what a measure is divided, and its unit then: numbers near 1 stay as they are."""
+    unit, size = table.units.get(measure, ""), _size(values)
+    if measure == "efficiency":
+        return 0.01, "%"
+    if not unit and 1e-3 <= size < 1e4:
+        return 1.0, ""
+    factor, letter = prefix(size)
+    return factor, letter + unit
+
+
 def _is_logarithmic(x: Floats) -> bool:
-    return bool(x.min() > 0.0 and x.max() > _DECADES * x.min())
+    """Return whether points span decades, or have equal ratios."""
+    if x.min() <= 0.0:
+        return False
+    steps = np.diff(np.log(np.unique(x)))
+    return bool(x.max() > _DECADES * x.min() or (steps.size > 1 and np.ptp(steps) < 1e-6))
 
 
 def _shown(text: str) -> str:
     return plain_text(text)
 
 
-def _named(name: str, letter: str, unit: str) -> str:
-    return f"{name} [{letter}{unit}]" if letter + unit else name
+def _named(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit else name
 
 
 def _nothing(message: str) -> UsageError:

@@ -188,6 +188,8 @@ def _measured(ready: _Ready, row: Floats, neighbour: Neighbour) -> dict[str, flo
         reltol=o.reltol,
         accuracy=o.accuracy,
         keep=False,
+        record=True,
+        rows=False,
         power=o.power,
         loads=o.loads,
         neighbour=neighbour,

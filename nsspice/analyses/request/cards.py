@@ -12,6 +12,9 @@ from ...netlist.deck import DcCard, OpCard, Sweep, TranCard
 from ..signals.curve import Floats
 from .arguments import finite
 
+#: output points of a run whose rows nobody reads
+_FEW = 64.0
+
 
 @dataclass(frozen=True, slots=True)
 class Op:
@@ -109,6 +112,11 @@ class Tran:
         """
         longest = [step for step in (self.max_step, max_step) if step is not None]
         return replace(self, max_step=min(longest)) if longest else self
+
+    def thinned(self) -> Tran:
+        """Return the analysis with few output points."""
+        distance = max(self.row_distance, (self.stop - self.start) / _FEW)
+        return replace(self, row_step=distance)
 
     @property
     def row_distance(self) -> float:

@@ -63,6 +63,8 @@ class Request:
         Signals to record between the rows, for statistics and pictures.
     record : bool
         Whether signals of all measures are recorded, and stay so.
+    rows : bool
+        False if nobody reads rows: where an engine does not need them there are few.
     everything : bool
         Simulate also what no signal depends on.
     temperature : float or None
@@ -87,6 +89,7 @@ class Request:
     loads: tuple[str, ...] = ()
     follow: Sequence[str] = field(default_factory=tuple)
     record: bool = False
+    rows: bool = True
     everything: bool = False
     accuracy: str | None = None
     temperature: float | None = None

@@ -245,7 +245,7 @@ def run_tran(
         request = schedule.wanted(request)
     columns, names = request.names(circuit)
     keep, all_points, sink = request.keep, request.all_points, request.sink
-    whole, skipped = circuit, Skipped()
+    whole, skipped, asked = circuit, Skipped(), analysis
     chosen = request.signals is not None or bool(circuit.deck.saves)
     if chosen and not request.everything and beginnings is None:
         measured = [] if watched is None else [part for _, part in watched.parts]
@@ -253,7 +253,7 @@ def run_tran(
         if skipped and watched is not None:
             watched = watched.within(circuit)
     # without points of its own between them a table may hide what happens
-    shown = (keep or sink is not None) and not all_points
+    shown = (keep or sink is not None) and not all_points and request.rows
 
     def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner], list[Race | None]]:
         local = watched if watched is None or not parts else watched.within(parts.circuit)
@@ -261,12 +261,12 @@ def run_tran(
         recorder = Recorder(parts.circuit, names, beside)
 
         def runner(k: int, settings: Settings) -> IslandRunner:
-            return IslandRunner(
+            found = IslandRunner(
                 parts.circuit,
                 k,
                 parts.circuit.islands[k],
                 recorder.local[k],
-                analysis,
+                asked,
                 settings,
                 request.temperature,
                 {
@@ -283,6 +283,8 @@ def run_tran(
                 clock=None if schedule is None else schedule.sources.clock,
                 delayed=() if delays is None else delays.signals,
             )
+            found.analysis = analysis
+            return found
 
         count = len(parts.circuit.islands)
         # what blocks hand on is in closed forms; orbits are continued as they were found
@@ -304,6 +306,12 @@ def run_tran(
         parts = Blocks(circuit)
         recorder, runners, races = prepare(parts)
     circuit = parts.circuit
+    fewer = not (request.rows or all_points) and schedule is None
+    # steps of other engines are cut by the distance of output points
+    if fewer and all(r.method == "modewise" and r.step and not r.island.timed for r in runners):
+        analysis = analysis.thinned()
+        for runner in runners:
+            runner.analysis = analysis
     rows = analysis.row_count
     width = 1 + len(names)
     store = GrowingStore(width) if keep and all_points else Store(rows if keep else 2, width)

@@ -65,6 +65,36 @@ X1 a load rl={r*1k}
     assert table.status == ["ok", "NS1008", "ok", "NS1008"]
 
 
+def test_measures_are_those_of_a_run_with_all_its_rows() -> None:
+    """Nobody reads rows of sweeps: values at their instants, edges as long as a step, crossings."""
+    deck = """buck from rest
+.param rl=5
+Vin in 0 24
+Vg g 0 PULSE(0 1 0 EDGES 5u 10u)
+S1 sw in g 0 ideal
+D1 0 sw
+L1 sw out 47u IC=0
+C1 out 0 22u IC=0
+Rload out 0 {rl}
+.model ideal SW(VT=0.5)
+.tran 0.7u 300u uic
+.measure tran mean AVG v(out) FROM=200u TO=300u
+.measure tran peak MAX i(l1)
+.measure tran half WHEN v(out)=6
+.measure tran at_row FIND v(out) AT=210u
+.measure tran late FIND i(l1) WHEN v(out)=6
+"""
+    for edges in ("0 0", ""):
+        text = deck.replace("EDGES 5u", edges + " 5u" if edges else "1n 1n 5u")
+        text = text if edges else text.replace("1n 1n 5u 10u)", ")")
+        table = nsspice.sweep(text, {"rl": [4.0, 6.0]}, workers=1)
+        for k, rl in enumerate((4.0, 6.0)):
+            (solution,) = nsspice.run(text, params={"rl": rl})
+            found = {name: float(table[name][k]) for name in solution.measures}
+            # a root of rounding, and polynomials of the same run
+            assert found == pytest.approx(solution.measures, rel=1e-11)
+
+
 def test_a_list_of_points_and_a_data_frame() -> None:
     pandas = pytest.importorskip("pandas")
     columns = {"r": [1e3, 3e3], "r2": [2e3, 1e3]}
