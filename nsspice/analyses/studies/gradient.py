@@ -12,7 +12,7 @@ import numpy as np
 from ...circuit import Circuit
 from ...errors import Diagnostic, UsageError, suggest
 from ...lazy import need_library
-from ...netlist.deck import LoopCard, Sweep
+from ...netlist.deck import Analysis, LoopCard, Sweep
 from ..gradients.differentiated import differentiated
 from ..gradients.refusals import undone
 from ..gradients.responses import MARGINS, Responses, of_margins, of_measures
@@ -20,10 +20,11 @@ from ..gradients.variation import Decks, Parameter
 from ..request.load import need_circuit
 from ..request.request import Neighbour, Request
 from ..signals.curve import Floats
+from ..solution.solution import Solution
 from .batch import jobs_of, run_job
 
 #: what is differentiated
-_KINDS = ("tran", "pss", "ac", "loop")
+KINDS = ("tran", "pss", "ac", "loop")
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ def evaluated(
         if name not in known:
             hint = suggest(name, known) or f"it has {', '.join(known) or 'none'}"
             raise UsageError(Diagnostic("NS4005", f"the deck has no measure {name}", hint=hint))
-        if known[name] not in _KINDS:
+        if known[name] not in KINDS:
             raise undone(f"measures of .{known[name]} are not differentiated", name)
     if deck.steps:
         raise undone("a deck with .step cards is not differentiated", ".step")
@@ -149,15 +150,7 @@ def evaluated(
         measured = {**margins, **solution.measures}
         if any(math.isnan(measured[name]) for name in mine):
             raise undone("it has no result", next(n for n in mine if math.isnan(measured[n])))
-        if job.kind in ("ac", "loop"):
-            about = Responses(circuit, Request(values=values), by, decks)
-            if isinstance(job.card, LoopCard):
-                found = of_margins(about, solution, job.card, mine)
-            else:
-                found = of_measures(about, solution, mine)
-        else:
-            source = differentiated(circuit, solution, job.card, values)
-            found = source.derivatives(mine, by, decks)
+        found = derivatives_of(circuit, solution, job.card, values, mine, by, decks)
         for name, row in zip(mine, found.tolist(), strict=True):
             results[name] = measured[name]
             table[name] = {p.target.name: d for p, d in zip(by, row, strict=True)}
@@ -166,3 +159,28 @@ def evaluated(
         {p.target.name: p.value for p in by},
         {name: table[name] for name in measures},
     )
+
+
+def derivatives_of(
+    circuit: Circuit,
+    solution: Solution,
+    card: Analysis,
+    values: Mapping[str, float],
+    measures: Sequence[str],
+    by: Sequence[Parameter],
+    decks: Decks,
+) -> Floats:
+    """Return the derivatives of a solution's measures, shape (measures, parameters).
+
+    Raises
+    ------
+    UsageError, NumericalError
+        Where there is none, or none is known.
+    """
+    if solution.analysis not in ("ac", "loop"):
+        source = differentiated(circuit, solution, card, values)
+        return source.derivatives(measures, by, decks)
+    about = Responses(circuit, Request(values=values), by, decks)
+    if isinstance(card, LoopCard):
+        return of_margins(about, solution, card, measures)
+    return of_measures(about, solution, measures)

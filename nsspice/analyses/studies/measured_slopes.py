@@ -12,7 +12,6 @@ from dataclasses import replace
 from ...circuit import Circuit
 from ...errors import Diagnostic, NsspiceError, UsageError
 from ...netlist.deck import SensCard, Sweep
-from ..gradients.differentiated import differentiated
 from ..gradients.variation import Decks, Parameter
 from ..request.load import read_again
 from ..request.request import Request
@@ -20,6 +19,7 @@ from ..request.values import valued
 from ..results.sensitivity import Sensitivity, ranked
 from ..solution.solution import Solution
 from .batch import Job, run_job
+from .gradient import KINDS, derivatives_of
 from .slopes import slopes
 
 
@@ -99,12 +99,11 @@ def _exact(
     circuit: Circuit, solution: Solution, job: Job, measures: Sequence[str], names: Sequence[str]
 ) -> dict[tuple[str, str], float]:
     """Return the derivatives of those measures of a run that have exact ones, by those names."""
-    if job.kind not in ("tran", "pss") or job.steps:
+    if job.kind not in KINDS or job.steps:
         return {}
     try:
-        source = differentiated(circuit, solution, job.card, {})
         by = [Parameter.of(circuit, name) for name in names]
-        table = source.derivatives(measures, by, Decks(circuit))
+        table = derivatives_of(circuit, solution, job.card, {}, measures, by, Decks(circuit))
     except NsspiceError:
         # the differences say what can be said; what spoils one may leave the others
         if len(measures) * len(names) == 1:

@@ -65,6 +65,16 @@ def test_a_filter() -> None:
     assert_close(found.derivatives, complex_step.derivatives(filtered, nominal), nominal)
 
 
+def test_sens_of_a_response_is_exact() -> None:
+    (solution,) = nsspice.run(FILTER + ".sens g3 a r1\n")
+    nominal = {"a": 2.0, "l": 1e-3, "c": 1e-6, "r1": 50.0}
+    wanted = complex_step.derivatives(filtered, nominal)["g3"]
+    assert {s.element for s in solution.sensitivities} == {"a", "r1"}
+    for s in solution.sensitivities:
+        assert s.error is None
+        assert s.derivative == pytest.approx(wanted[s.element], rel=CLOSE)
+
+
 def test_an_objective_of_responses() -> None:
     """Values of elements that the deck does not have, and some of its measures."""
     target = nsspice.objective(nsspice.read(FILTER), {"g3": 1.0, "d5": 3.0}, ["r1", "l"])
