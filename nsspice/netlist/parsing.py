@@ -226,7 +226,7 @@ def _parse(
 
 
 class Outline(NamedTuple):
-    """What a text says whatever values its parameters have.
+    """What a text says for any values of its parameters.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ def decades(axis: Any, unit: str = "") -> None:
 
     axis._set_axes_scale("log")
     low, high = axis.get_view_interval()
-    short = low > 0.0 and high < 20.0 * low
+    short = low > 0.0 and high < 30.0 * low
 
     def text(value: float, _: Any) -> str:
         return number(value, unit or "1", 3).removesuffix(unit or "1").rstrip()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Diagnostic, UsageError
+from ..output.axes import decades
 from ..output.plot import check_format, finished, new_figure, plain_text
 from ..output.si import number, prefix
 from .points import Floats
@@ -48,7 +49,7 @@ def family(
         axes.set_ylabel(_shown(_named(name, unit)))
         axes.grid(alpha=0.3)
     if _is_logarithmic(x):
-        panels[-1].set_xscale("log")
+        decades(panels[-1].xaxis, table.units.get(last, ""))
     panels[-1].set_xlabel(_shown(_named(last, table.units.get(last, ""))))
     if len(curves) > 1:
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right upper")
@@ -83,7 +84,7 @@ def contours(table: SweepTable, measure: str, path: str | Path | None = None) ->
         axes.legend(loc="upper right")
     for axis, column, label in ((axes.xaxis, x, table.swept[1]), (axes.yaxis, y, table.swept[0])):
         if _is_logarithmic(column):
-            axis._set_axes_scale("log")
+            decades(axis, table.units.get(label, ""))
         axis.set_label_text(_shown(_named(label, table.units.get(label, ""))))
     axes.set_title(_shown(table.title))
     return finished(figure, path, False)

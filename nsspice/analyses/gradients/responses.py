@@ -170,7 +170,7 @@ class Responses:
         names: Sequence[str],
         stimuli: Mapping[str, complex],
     ) -> Mapping[Any, float]:
-        """Return the same by one parameter from operating points beside it."""
+        """Return the same by one parameter from operating points next to it."""
         target, request = parameter.target, self._request
         if target.kind == "element" and self.circuit.element_island[target.name] != home:
             return {}
