@@ -209,11 +209,13 @@ R3 d 0 1k
 Vg g 0 PULSE(0 1 0 0 0 5u 10u)
 .model SW SW(VT=0.5)
 """
-    solution = nsspice.pss(nsspice.read(deck.replace("L1 c d 1m\nR3 d 0 1k\n", "C1 a 0 1u\n")))
+    circuit = nsspice.read(deck.replace("L1 c d 1m\nR3 d 0 1k\n", "C1 a 0 1u\n"))
+    solution = nsspice.pss(circuit)
     table = solution.losses("R2")
     # 10 V / 5 Ohm for half of the time
     assert table.useful == pytest.approx(0.5 * 4.0 * 3.0, rel=1e-12)
     assert table.efficiency == pytest.approx(0.6, rel=1e-12)
     assert solution.average("p(R1)") == pytest.approx(0.5 * 4.0 * 2.0, rel=1e-12)
+    assert nsspice.tran(circuit, stop=2e-5).losses("R2").efficiency == pytest.approx(0.6, rel=1e-12)
     with pytest.raises(nsspice.UsageError, match="average powers"):
-        nsspice.tran(nsspice.read(deck), stop=1e-5, step=1e-6).losses()
+        nsspice.ac(circuit, [1.0]).losses()
