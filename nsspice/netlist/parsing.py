@@ -268,7 +268,7 @@ def outline_of(
     Raises
     ------
     NetlistError
-        If the text is no netlist.  What lines of it cannot be read is an error of each deck.
+        If the text is not a netlist.  What lines of it cannot be read is an error of each deck.
 
     Examples
     --------

@@ -132,7 +132,7 @@ def _outline(source: str | Path, file: str, confined: bool) -> Outline:
 
 
 def _check(given: Mapping[str, float]) -> None:
-    """Raise UsageError for a value that is no number."""
+    """Raise UsageError for a value that is not a finite number."""
     for name, value in given.items():
         if not finite(value):
             message = f"parameter {name} cannot be {value!r}"

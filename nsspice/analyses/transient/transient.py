@@ -39,13 +39,12 @@ from ..solution.solution import FinePoints, Solution
 from .advance import Outlet, advance_all
 from .blocks import split
 from .handover_to_steps import Race
-from .integrable_run import integrals_of
-from .integrals import Integrals
 from .island_runner import IslandRunner
 from .row_checks import copies_of, limits, unwatched, violations
 
 if TYPE_CHECKING:
     from ..request.controller import Controller
+    from .integrals import Integrals
     from .memory import Memory
 
 
@@ -482,6 +481,8 @@ class Rerun:
 
     def integrals(self) -> Integrals:
         """Return integrals of the signals in closed form."""
+        from .integrable_run import integrals_of
+
         circuit = again(self.deck, self.parameters)
         blocks = Blocks(circuit)
         if self.beginnings is None:
