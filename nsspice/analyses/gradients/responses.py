@@ -13,6 +13,7 @@ differentiated by differences, for which nothing is solved.
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -144,8 +145,9 @@ class Responses:
         for change in changes:
             row: dict[str, complex] = {}
             for (name, place), slope in change.items():
-                size, turned = abs(given[name]), given[name] * 1j * math.radians(1.0)
-                unit = given[name] / size if size else 1.0
+                phase = self.circuit.device(name).source.ac[1]  # type: ignore[attr-defined]
+                unit = cmath.rect(1.0, math.radians(phase))
+                turned = given[name] * 1j * math.radians(1.0)
                 row[name] = row.get(name, 0.0) + slope * (turned if place else unit)
             found.append(row)
         return given, found

@@ -22,8 +22,8 @@ def assert_close(found, wanted, values) -> None:
 
 
 FILTER = """RLC low-pass
-.param a=2 l=1m c=1u at=3k
-V1 in 0 AC {a}
+.param a=2 l=1m c=1u turn=0
+V1 in 0 AC {-a} {180+turn}
 L1 in b {l}
 R1 b out 50
 C1 out 0 {c}
@@ -58,7 +58,9 @@ def filtered(p):
 
 def test_a_filter() -> None:
     nominal = {"a": 2.0, "l": 1e-3, "c": 1e-6, "r1": 50.0}
-    found = nsspice.gradient(nsspice.read(FILTER), parameters=list(nominal))
+    found = nsspice.gradient(nsspice.read(FILTER), parameters=[*nominal, "turn"])
+    turned = {m: row.pop("turn") for m, row in found.derivatives.items()}
+    assert turned == pytest.approx({"g3": 0, "d5": 0, "ph": 1, "f1": 0, "rel": 0}, abs=1e-8)
     exact = filtered(nominal)
     for name, value in found.measures.items():
         assert value == pytest.approx(exact[name], rel=1e-12)
