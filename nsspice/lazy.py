@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 
@@ -95,20 +94,3 @@ def resolve(place: str) -> Any:
     """
     module, _, name = place.partition(":")
     return getattr(import_module(module, __package__), name)
-
-
-def need_library(name: str) -> ModuleType:
-    """Return a package, or say which one is missing."""
-    from .errors import Diagnostic, UsageError
-
-    try:
-        return import_module(name)
-    except ImportError as error:
-        package = name.partition(".")[0]
-        raise UsageError(
-            Diagnostic(
-                "NS4010",
-                f"this needs the package {package}, which is not installed",
-                hint=f"pip install {package}, or write .csv or .npz",
-            )
-        ) from error
