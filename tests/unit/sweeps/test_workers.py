@@ -162,7 +162,7 @@ def test_a_journal_of_another_sweep_is_refused(tmp_path: Path) -> None:
         nsspice.sweep(BUCK.replace("100u", "99u"), {"d": [0.5]}, journal=journal, resume=True)
     other = tmp_path / "notes.txt"
     other.write_text("mine\n")
-    with pytest.raises(UsageError, match="no journal"):
+    with pytest.raises(UsageError, match="not the journal"):
         nsspice.sweep(BUCK, {"d": [0.5]}, journal=other, resume=True)
     assert other.read_text() == "mine\n"
 
