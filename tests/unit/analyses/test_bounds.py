@@ -209,7 +209,7 @@ def test_model_parameters_and_edges_with_a_slope():
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("AVG v(out)", "RMS v(out)", "no AVG"),
+        ("AVG v(out)", "RMS v(out)", "not an AVG"),
         ("AVG v(out)", "AVG v(out) from=1u to=2u", "over a period"),
         ("Vin in 0 24", "Vin in 0 SIN(24 1 100k)", "sin source"),
         (".pss", ".step param don list 0.4 0.5\n.pss", "without .step"),
