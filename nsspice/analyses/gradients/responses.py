@@ -22,6 +22,8 @@ from typing import Any
 import numpy as np
 
 from ...circuit import Circuit
+from ...devices.passive.resistor import Resistor
+from ...devices.sources.delayed import Delayed
 from ...devices.sources.isource import CurrentSource
 from ...errors import NsspiceError
 from ...netlist.deck import LoopCard, Measure, PssCard
@@ -85,6 +87,9 @@ class Responses:
     ) -> None:
         if any(isinstance(card, PssCard) for card in circuit.deck.analyses):
             raise undone("responses about a steady state are not differentiated", ".pss")
+        late = next((d.name for d in circuit.devices if isinstance(d, Delayed)), None)
+        if late is not None:
+            raise undone("responses of circuits with delays are not differentiated", late)
         self.circuit, self.parameters = circuit, parameters
         self._request, self._decks = request, decks
         self._traced = traced(circuit, parameters)
@@ -156,7 +161,7 @@ class Responses:
         self, home: int, point: Point, names: Sequence[str], stimuli: Mapping[str, complex]
     ) -> list[Mapping[Any, float]]:
         """Return the derivatives of the numbers of an island's equations by each parameter."""
-        if self._traced is not None and not any(name in _multiplied(point) for name in stimuli):
+        if self._traced is not None and _plain(point, stimuli):
             try:
                 found = self._traced.of_island(home, point.mna, names, False, False)
                 return [_placed(point, change) for change in found]
@@ -197,10 +202,13 @@ def _owner(circuit: Circuit, stimulus: str) -> int | None:
     return circuit.element_island.get(stimulus)
 
 
-def _multiplied(point: Point) -> set[str]:
-    """Return the sources that stand for several, whose stimuli are multiples."""
-    sources = (d for d in point.mna.devices if isinstance(d, CurrentSource))
-    return {source.name for source in sources if source.m != 1.0}
+def _plain(point: Point, stimuli: Mapping[str, complex]) -> bool:
+    """Return whether the equations are those of the assembly, and stimuli are not multiplied."""
+    return not any(
+        (isinstance(device, CurrentSource) and device.name in stimuli and device.m != 1.0)
+        or (isinstance(device, Resistor) and device.small_signal is not None)
+        for device in point.mna.devices
+    )
 
 
 def _placed(point: Point, change: Mapping[Any, float]) -> dict[Any, float]:

@@ -176,6 +176,35 @@ C3 c3 0 1u
     assert sum(row[f"r{k}"] for k in (1, 2, 3)) * 1e3 == pytest.approx(0.0, abs=CLOSE * 20.0)
 
 
+def test_a_resistance_for_small_signals_alone() -> None:
+    """R1 at DC sets the current of nothing here, and its ac= is a value of its own."""
+    deck = """divider
+.param ra=3k
+V1 a 0 AC 1
+R1 a b 1k ac={ra}
+R2 b 0 1k
+.ac list 1k
+.measure ac gain find vm(b) at=1k
+"""
+    row = nsspice.gradient(nsspice.read(deck), ["gain"], ["ra", "r1", "r2"]).derivatives["gain"]
+    # R2 / (Ra + R2)
+    wanted = {"ra": -1e3 / 16e6, "r1": 0.0, "r2": 3e3 / 16e6}
+    assert row == pytest.approx(wanted, rel=CLOSE, abs=1e-15)
+
+
+def test_delays_are_refused() -> None:
+    deck = """line
+V1 a 0 AC 1
+R1 a b 50
+T1 b 0 c 0 z0=50 td=1u
+R2 c 0 50
+.ac list 1k
+.measure ac gain find vm(c) at=1k
+"""
+    with pytest.raises(nsspice.UsageError, match=r"NS4041.*delays"):
+        nsspice.gradient(nsspice.read(deck), ["gain"], ["r1"])
+
+
 def test_a_response_about_a_steady_state_is_refused() -> None:
     deck = """chopped
 V1 a 0 PULSE(0 1 0 0 0 5u 10u) AC 1
