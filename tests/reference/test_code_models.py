@@ -240,3 +240,31 @@ def test_currents_as_inputs_and_operating_points_of_integrators() -> None:
     assert point.certificate.passed
     small = nsspice.ac(nsspice.read("t\n" + deck), [1.0])
     assert small["v(z)"][0] == pytest.approx(3.0 / (2j * np.pi), rel=1e-14)
+
+
+def test_sources_that_read_files(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / "states.txt").write_text("* time a b\n0n 0s 1s\n10n 1s Uu\n30n 0s 1r\n")
+    (tmp_path / "values.txt").write_text("0 0 1\n1u 0.5 0\n2u 1 1\n")
+    deck = tmp_path / "sources.cir"
+    deck.write_text(
+        't\nA1 [p q] digital\n.model digital d_source(input_file="states.txt")\n'
+        "A2 [p q] [x y] dac\n.model dac dac_bridge(out_low=0 out_high=1)\n"
+        'A3 %vd([c 0 d e]) lines\n.model lines filesource(file="values.txt"\n'
+        "+ amplscale=[2 3] amploffset=[0.5 0] timescale=0.01)\nRe e 0 1\n"
+        'A4 %v([f g]) steps\n.model steps filesource(file="values.txt" amplstep=true\n'
+        "+ timescale=0.01)\n"
+        "Rd d 0 1\n.tran 5n 40n\n"
+    )
+    found = nsspice.tran(nsspice.read(deck))
+    t = found.time
+    inside = np.abs(t % 10e-9 - 5e-9) < 1e-9
+    assert np.array_equal(found["v(x)"][inside] > 0.5, ((t > 10e-9) & (t < 30e-9))[inside])
+    assert np.array_equal(found["v(y)"][inside] > 0.5, ((t < 10e-9) | (t > 30e-9))[inside])
+    assert found["v(c)"] == pytest.approx(np.interp(t, [0, 1e-8, 2e-8], [0.5, 1.5, 2.5]), abs=1e-15)
+    pair = np.interp(t, [0, 1e-8, 2e-8], [3.0, 0.0, 3.0])
+    assert found["v(d)"] - found["v(e)"] == pytest.approx(pair, abs=1e-15)
+    steps = np.where(t < 1e-8, 0.0, np.where(t < 2e-8, 0.5, 1.0))
+    assert np.array_equal(found["v(f)"][inside], steps[inside])
+    (tmp_path / "values.txt").write_text("0 0\n")
+    with pytest.raises(NetlistError, match="no rows"):
+        nsspice.read(deck)

@@ -39,7 +39,7 @@ def code_model(reader: Reader, line: Line) -> CodeTemplate:
         raise Unreadable("NS1008", f"{name}: ports and a model are needed", span, _FORM)
     ports: list[tuple[Port, ...]] = []
     vector: list[Port] | None = None
-    kind, inverted = "", False
+    kind, inverted, around = "", False, False
     at, last = 1, len(tokens) - 1
     while at < last:
         text = tokens[at][0]
@@ -53,6 +53,10 @@ def code_model(reader: Reader, line: Line) -> CodeTemplate:
             kind = text[1:]
         elif text == "~":
             inverted = True
+        elif text == "(" and at < last and tokens[at][0] == "[":
+            around = True  # %vd([a b c d])
+        elif text == ")" and around and vector is None:
+            around, kind = False, ""
         elif text in "[]()":
             if text == "(" and at + 2 < last and tokens[at + 2][0] == ")":
                 plus, minus = tokens[at][0], tokens[at + 1][0]
@@ -71,7 +75,7 @@ def code_model(reader: Reader, line: Line) -> CodeTemplate:
         else:
             ports, vector = _put(ports, vector, Port(_node(text), "0", kind, inverted))
             inverted = False
-        if vector is None and text not in ("[", "~") and not text.startswith("%"):
+        if vector is None and text not in ("[", "~", "(") and not text.startswith("%"):
             kind = ""
     if vector is not None:
         raise Unreadable("NS1007", f"{name}: [ without ]", span, _FORM)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from ..deck import Grid, Model
 from ..elements.template import CodeTemplate, Port
 from ..findings import Unreadable
+from .file_sources import analogue_source, digital_source
 
 _GATES = ("and", "nand", "or", "nor", "xor", "xnor")
 #: XSPICE's delay of digital models that do not give one [s]
@@ -507,6 +508,8 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "d_osc": (2, _clock),
     "d_pullup": (1, _constant(1)),
     "d_pulldown": (1, _constant(0)),
+    "d_source": (1, digital_source),
+    "filesource": (1, analogue_source),
 }
 
 

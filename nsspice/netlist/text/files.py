@@ -33,6 +33,13 @@ _LIBRARIES = frozenset(
 )
 #: the points of a source in a file of two columns
 _POINTS = re.compile(r"\bpwl\s*\(?\s*file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)\s*\)?")
+#: what a digital and an analogue source of XSPICE read
+_VECTORS = re.compile(
+    r"\s*\.model\s+\S+\s+(?:d_source|filesource)\b.*?"
+    r"\b(?:input_)?file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)"
+)
+#: a state of a digital vector: 0, 1 or unknown, and its strength
+_STATE = re.compile(r"([01u])[surzu]", re.IGNORECASE)
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 
 
@@ -115,6 +122,8 @@ class FileReader:
                     opener = ".lib" if card == "endl" else ".control"
                     self._findings.error("NS1044", f".{card} without {opener}", line.whole())
                     continue
+                if card == "model" and "file" in line.text and (found := _VECTORS.match(line.text)):
+                    line = self._with_vectors(line, found, directory)
             elif "file" in line.text and (found := _POINTS.search(line.text)):
                 line = self._with_points(line, found, directory)
             self._count += 1
@@ -210,6 +219,26 @@ class FileReader:
         if rows is None or not points.strip():
             return line
         raw = f"{line.raw[: found.start()]}pwl({points}){line.raw[found.end() :]}"
+        return Line(raw, line.file, line.number, line.source)
+
+    def _with_vectors(self, line: Line, found: re.Match[str], directory: Path) -> Line:
+        """Return the card of a source with the rows of its file: ``rows=[t v1 v2 ...]``."""
+        digital = "d_source" in line.text
+        start, end = found.span(1)
+        name = line.raw[start:end].strip("\"'")
+        rows = self._open(directory / name.replace("\\", "/"), name, line.span(start, end), [])
+        values: list[str] = []
+        for row in rows or []:
+            if row.strip()[:1] not in ("*", "#", ";", ""):
+                time, *others = row.split()
+                states = [_STATE.fullmatch(word) if digital else None for word in others]
+                pairs = zip(others, states, strict=True)
+                values += [time, *(w if s is None else f"{int(s[1] == '1')}" for w, s in pairs)]
+        if not values:
+            return line
+        begin = re.search(r"(?:input_)?file\s*=\s*$", line.raw[:start], re.IGNORECASE)
+        first = begin.start() if begin else start
+        raw = f"{line.raw[:first]}rows=[{' '.join(values)}]{line.raw[end:]}"
         return Line(raw, line.file, line.number, line.source)
 
     def _open(self, path: Path, name: str, where: Span, stack: list[Path]) -> list[str] | None:
