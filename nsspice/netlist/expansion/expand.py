@@ -44,6 +44,7 @@ _CARDS = {
     "m": "NMOS(VTO=2 KP=1)",
     "j": "NJF(VTO=-2 BETA=1m)",
     "z": "NIGBT(Ron=10m)",
+    "k": "CORE(MS=4e5 A=26 K=18 C=0.1 AREA=1 PATH=10)",
 }
 
 

@@ -43,7 +43,7 @@ def test_old_kicad_and_titles_that_only_look_like_it():
     ("line", "code", "words"),
     [
         ("Z1 c g e irg4", "NS1060", "no model irg4"),
-        ("K1 L1 L2 0.99 KMOD", "NS1002", "core model kmod"),
+        ("K1 L1 L2 0.99 KMOD", "NS1060", "no model kmod"),
         ("K1 L1 L2 kval", "NS1021", "kval"),
     ],
 )
