@@ -22,6 +22,16 @@ def test_capacitor_is_charged_through_a_diode_at_once(h, theta):
     assert charge["d1"] == pytest.approx(10e-6, rel=1e-9)
 
 
+@pytest.mark.parametrize("method", ["modewise", "sdirk"])
+def test_a_mirror_passes_twice_the_charge_of_its_diode(method):
+    """10 V step into 1 uF: 10 uC through the diode, 20 uC through F1, 5 V across 4 uF."""
+    deck = "mirror\nV1 a 0 PULSE(0 10 1m 0 0 1 2)\nD1 a b\nC1 b 0 1u\nF1 0 c D1 2\nC2 c 0 4u\n"
+    run = nsspice.tran(nsspice.read(deck + ".tran 10u 2m uic\n"), method=method)
+    charge = {i.element: i.value for i in run.impulses}
+    assert charge == pytest.approx({"d1": 10e-6, "v1": -10e-6, "f1": 20e-6}, rel=1e-9)
+    assert run["v(c)"][-1] == pytest.approx(5.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("h", STEPS)
 @pytest.mark.parametrize("theta", [1.0, 0.5])
 def test_inductor_current_is_cut_by_a_diode_at_once(h, theta):

@@ -167,6 +167,11 @@ def test_second_derivatives() -> None:
     assert twice.evaluate({"v(a)": x}) == pytest.approx(wanted, rel=1e-14)
 
 
+def test_slopes_of_a_table_are_those_of_its_segments() -> None:
+    slope = Expression.parse("table(v(a),1,2,3,8,5,4)").derivative("v(a)")
+    assert [slope.evaluate({"v(a)": x}) for x in (0.0, 2.0, 4.0, 6.0)] == [0.0, 3.0, -2.0, 0.0]
+
+
 def test_a_derivative_to_another_signal_is_zero() -> None:
     assert Expression.parse("v(a)**2").derivative("v(b)").text == "0"
 

@@ -209,6 +209,15 @@ def test_conditionals(k: int, value: float) -> None:
     assert values(found) == {"r1": value}
 
 
+@pytest.mark.parametrize(
+    ("card", "opener"), [(".ends", ".subckt"), (".endif", ".if"), (".else", ".if")]
+)
+def test_what_a_closing_card_lacks_is_named(card: str, opener: str) -> None:
+    with pytest.raises(NetlistError) as caught:
+        parse_text(f"closed\nR1 a 0 1\n{card}\n")
+    assert caught.value.diagnostics[0].message == f"{card} without {opener}"
+
+
 def test_conditional_mistakes() -> None:
     assert codes(".if 1", "R1 a 0 1") == ["NS1044"]
     assert codes("R1 a 0 1", ".endif") == ["NS1044"]
