@@ -211,6 +211,16 @@ def test_a_contradiction_names_elements_and_time_and_keeps_the_rows():
     assert error.partial["v(a)"][0] == -1.0
 
 
+@pytest.mark.parametrize("theta", [1.0, 0.5])
+def test_a_contradiction_of_implicit_steps_is_proved(theta):
+    """A ramp passes zero in the step that ends at 1.001 ms; the proof knows what theta adds."""
+    deck = "short\nV1 a 0 PULSE(-1 1 1m 1u 1u 1 2)\nR1 a b 1\nC1 b 0 1u\nD1 a 0\n.tran 10u 2m uic\n"
+    with pytest.raises(InfeasibleError) as caught:
+        nsspice.tran(nsspice.read(deck), method="moreau", theta=theta)
+    assert set(caught.value.elements) == {"v1", "d1"}
+    assert caught.value.time == pytest.approx(1.001e-3, rel=1e-12)
+
+
 def test_a_contradiction_at_the_start():
     with pytest.raises(InfeasibleError, match="at the start") as caught:
         nsspice.tran(nsspice.read("bad\nV1 a 0 1\nD1 a 0\nC1 a 0 1u\n"), 1e-3)
