@@ -52,6 +52,8 @@ class Verdict:
         where the rows of an analysis are not judged.
     judged : dict of str to int
         How many laws were, by their kind.
+    left_out : tuple of str
+        Set-valued elements that were not: their currents depend on a charge, or on other elements.
     findings : tuple of str
         What is wrong, one sentence each.
     """
@@ -61,6 +63,7 @@ class Verdict:
     law: Violation | None = None
     pair: Violation | None = None
     judged: Mapping[str, int] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
     findings: tuple[str, ...] = ()
 
     @property
@@ -76,6 +79,7 @@ class Verdict:
             "laws": None if self.law is None else self.law.error,
             "complementarity": None if self.pair is None else self.pair.error,
             "judged": dict(self.judged),
+            "left_out": list(self.left_out),
             "findings": list(self.findings),
             "passed": self.passed,
         }
@@ -276,4 +280,4 @@ def _verdict(
             findings.append(f"{what} {found.element} is violated {at}")
     if np.any(np.diff(table.data[:, 0]) < 0.0):
         findings.append("its times are out of order")
-    return Verdict(name, rows, law, pair, judge.counts, tuple(findings))
+    return Verdict(name, rows, law, pair, judge.counts, judge.left_out, tuple(findings))

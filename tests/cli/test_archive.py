@@ -137,6 +137,47 @@ R1 b 0 100
 """
 
 
+def test_diodes_that_are_broken_lines_are_judged(call: Call) -> None:
+    Path("line.net").write_text(LINES, "utf-8")
+    assert call("run", "line.net", "--junctions", "lines", "--archive", "kept").exit_code == 0
+    code, found = judged(call)
+    (run,) = found["runs"]  # type: ignore[misc]
+    assert (code, run["judged"]["set-valued elements"], run["left_out"]) == (0, 1, [])
+    # what Kirchhoff's laws and the source cannot see: one current all around, and R1's voltage
+    table = Path("kept/line.csv")
+    lines = table.read_text("utf-8").splitlines()
+    names = lines[0].split(",")
+    cells = lines[251].split(",")
+    for name in ("i(v1)", "i(d1)", "i(r1)", "v(b)"):
+        if name in names:
+            cells[names.index(name)] = repr(1.0001 * float(cells[names.index(name)]))
+    table.write_text("\n".join([*lines[:251], ",".join(cells), *lines[252:], ""]), "utf-8")
+    sign_again(Path("kept"), "line.csv")
+    code, found = judged(call)
+    (finding,) = found["runs"][0]["findings"]  # type: ignore[index]
+    assert code == 1
+    assert "the characteristic of d1 is violated at 0.00025 s" in finding
+
+
+def test_rows_of_coarser_lines_are_not_those_of_finer_ones(call: Call) -> None:
+    Path("line.net").write_text(LINES, "utf-8")
+    assert call("run", "line.net", "--junctions", "lines:0.2", "--archive", "kept").exit_code == 0
+    assert judged(call)[0] == 0
+    record = Path("kept/run.json")
+    record.write_text(record.read_text("utf-8").replace("lines:0.2", "lines:0.1"), "utf-8")
+    code, found = judged(call)
+    assert code == 1
+    assert "the characteristic of d1" in found["runs"][0]["findings"][0]  # type: ignore[index]
+
+
+def test_a_junction_with_a_charge_is_told_to_be_left_out(call: Call) -> None:
+    Path("line.net").write_text(LINES.replace("RS=0.1", "RS=0.1 CJO=1n"), "utf-8")
+    assert call("run", "line.net", "--junctions", "lines", "--archive", "kept").exit_code == 0
+    told = call("verify", "kept")
+    assert told.exit_code == 0
+    assert "not judged: d1" in told.stderr
+
+
 def test_junctions_are_read_as_the_command_said(call: Call) -> None:
     Path("line.net").write_text(LINES, "utf-8")
     assert call("run", "line.net", "--junctions", "lines", "--archive", "kept").exit_code == 0

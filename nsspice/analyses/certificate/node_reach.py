@@ -107,11 +107,11 @@ def _resistances(device: Device, conditions: Conditions) -> Iterator[float]:
     elif isinstance(device, Vccs) and device.gain:
         yield 1.0 / abs(device.gain)
     elif device.letter == "d":
-        from ...devices.diodes.diode import Diode
+        from ...devices.diodes.leg_device import LegDevice
         from ...devices.switches.latching_thyristor import LatchingThyristor
 
-        if isinstance(device, Diode):
-            law, parallel = device.law, device.leg.parallel
-            yield from (r / parallel for r in (law.ron, law.roff, law.rrev) if r is not None)
+        if isinstance(device, LegDevice):
+            curve = device.curve(conditions)
+            yield from (dv / di for di, dv in curve.directions if di) if curve else ()
         elif isinstance(device, LatchingThyristor):
             yield device.card.get("ron", 0.0) / device.parallel

@@ -133,6 +133,14 @@ class WrittenRows:
         kinds = ("sums", "set-valued elements", "controls of switches", "sources")
         return dict(zip(kinds, map(len, self._laws), strict=True))
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """Set-valued elements whose law is not one of voltage and current in a row, by name."""
+        judged = {name for name, _ in self._valves}
+        return tuple(
+            name for name, d in self._devices.items() if d.pair_count and name not in judged
+        )
+
     def take(self, rows: Floats) -> None:
         """Take the next rows of the table."""
         self._core.take(np.ascontiguousarray(rows))
@@ -219,7 +227,7 @@ class WrittenRows:
             if sensed is not None:
                 self._sums.append((device.name, ([*voltage, *sensed], 0.0, False)))
         elif voltage is not None and column is not None:
-            lines = list(_lines(device))
+            lines = list(_lines(device, self._conditions))
             if lines:
                 law = (voltage, [(column, 1.0)], lines, self.reach.at(device.nodes))
                 self._valves.append((device.name, law))
@@ -269,7 +277,7 @@ def _worst(
     return out
 
 
-def _lines(device: Device) -> Iterator[_Line]:
+def _lines(device: Device, conditions: Conditions) -> Iterator[_Line]:
     """Return the lines on which voltage and current of a set-valued element lie.
 
     A form is ``v * volts + i * amperes - constant``, and whether it is a current.
@@ -281,16 +289,18 @@ def _lines(device: Device) -> Iterator[_Line]:
             else:
                 yield ([-1.0 / ohms, 1.0, 0.0], True), []
     elif device.letter == "d":
-        yield from _diode_lines(device)
+        yield from _diode_lines(device, conditions)
 
 
-def _diode_lines(device: Device) -> Iterator[_Line]:
+def _diode_lines(device: Device, conditions: Conditions) -> Iterator[_Line]:
     """Return the lines of a diode or a latching thyristor."""
-    from ...devices.diodes.diode import Diode
+    from ...devices.diodes.leg_device import LegDevice
     from ...devices.switches.latching_thyristor import LatchingThyristor
 
-    if isinstance(device, Diode) and device.leg.drop is None:
-        curve = device.law.curve(device.leg.parallel)
+    if isinstance(device, LegDevice):
+        curve = device.curve(conditions)
+        if curve is None or device.leg.drop is not None:
+            return
         slopes = [math.inf if dv == 0.0 else di / dv for di, dv in curve.directions]
         flattest = slopes.index(min(slopes))
         for k, (di, dv) in enumerate(curve.directions):

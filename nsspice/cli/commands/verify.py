@@ -41,5 +41,8 @@ def command(folder: Path, as_json: bool) -> None:
                 say("  only its hash, rows and columns are checked: it is not a transient")
             elif judged:
                 say(f"  judged: {', '.join(judged)}")
+            if verdict.left_out:
+                names = ", ".join(verdict.left_out)
+                say(f"  not judged: {names} (charges, or more than two terminals)")
     if changed or not all(verdict.passed for verdict in verdicts):
         raise SystemExit(1)

@@ -15,12 +15,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...problems.descriptor import Functional
 from ..device import Context, EdgeKind
 from ..effect import Effect
 from ..stamper import Conditions, Layout, Stamper
+from .characteristic import Characteristic
 from .diode_branch import Body, JunctionBody
 from .junction_lines import JunctionLines, Settings, junction_lines
 
@@ -65,6 +67,20 @@ class BrokenJunction:
         origin = self.origin
         junction = origin.law.at(conditions or self.conditions, origin.temp, origin.dtemp)
         return junction_lines(junction, self.settings)
+
+    def curve(self, conditions: Conditions) -> Characteristic:
+        """Return voltage over current, ohmic resistance included, of a junction without charge."""
+        line = self.lines(conditions).current
+        junction = self.origin.law.at(conditions, self.origin.temp, self.origin.dtemp)
+        ohms, count = junction.resistance, self.parallel
+        behind, ahead = (
+            list(accumulate((knot.slope for knot in knots), initial=line.slope))
+            for knots in (line.reverse, line.forward)
+        )
+        slopes = (*reversed(behind), *ahead[1:])
+        places = [knot.place for knot in (*reversed(line.reverse), *line.forward)]
+        vertices = tuple((count * line.at(v), v + ohms * line.at(v)) for v in places)
+        return Characteristic(vertices, tuple((count * g, 1.0 + ohms * g) for g in slopes))
 
     @property
     def parallel(self) -> float:

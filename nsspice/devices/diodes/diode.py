@@ -26,7 +26,7 @@ from .leg_device import GEOMETRY, SIZE, LegDevice, series_drop, size_of
 if TYPE_CHECKING:
     from ...errors import Span
     from ...netlist.deck import Element, Model, Param
-    from ..stamper import Layout
+    from ..stamper import Conditions, Layout
     from ..valve import Valve
 
 _SMOOTH = "remove it, or remove the set-valued parameters for a smooth junction"
@@ -181,6 +181,10 @@ class Diode(LegDevice):
         body = curve_body(law, parallel, context)
         drop = series_drop(element, model, findings)
         return cls(element, law, Leg(body, drop, parallel), body.parts)
+
+    def curve(self, conditions: Conditions) -> Characteristic | None:
+        """Return the set-valued law."""
+        return self.law.curve(self.leg.parallel)
 
     def valves(self, layout: Layout) -> Iterator[Valve]:
         """Yield the forward pair."""

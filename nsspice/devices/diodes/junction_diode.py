@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 from ..device import Context, check_flags
 from ..noise import Flicker, NoiseSource, shot_noise, thermal_noise
 from ..parameter import Parameter, Table
-from ..stamper import Layout
+from ..stamper import Conditions, Layout
 from ..temperature import kelvin
 from .broken_junction import BrokenJunction, as_lines
+from .characteristic import Characteristic
 from .diode_branch import JunctionBody, Leg, Voltage
 from .junction import JunctionLaw
 from .junction_card import SIDEWALL, read_junction
@@ -92,6 +93,13 @@ class JunctionDiode(LegDevice):
         a, b = self.ends
         v = voltage(a) - voltage(b) if self.ic is None else self.ic
         return list(layout.voltage(*self.leg.charge(layout, self.name, a, b, v)))
+
+    def curve(self, conditions: Conditions) -> Characteristic | None:
+        """Return broken lines in place of the junction, None if it is smooth or has a charge."""
+        body = self.leg.body
+        if isinstance(body, BrokenJunction) and not body.stores_energy:
+            return body.curve(conditions)
+        return None
 
     def noise(self, layout: Layout, flicker: Flicker) -> Iterator[NoiseSource]:
         """Yield the noise of the ohmic resistance and of the junction behind it."""

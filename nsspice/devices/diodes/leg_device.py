@@ -13,7 +13,8 @@ from ...netlist.findings import Findings
 from ...problems.descriptor import Functional
 from ..device import NO_VALUES, Device, Edge, number
 from ..parameter import Parameter, inert
-from ..stamper import Layout, Stamper
+from ..stamper import Conditions, Layout, Stamper
+from .characteristic import Characteristic
 from .diode_branch import Body, Leg
 
 if TYPE_CHECKING:
@@ -75,6 +76,9 @@ class LegDevice(Device):
     def stamp(self, stamper: Stamper) -> None:
         """Write the leg."""
         self.leg.stamp(stamper, self.name, self.name, *self.ends, self.sources)
+
+    def curve(self, conditions: Conditions) -> Characteristic | None:
+        """Return voltage over current without the drop, None if that is not a broken line."""
 
     def bodies(self) -> Iterator[tuple[str, Body]]:
         """Yield the law of the leg."""

@@ -36,6 +36,21 @@ R1 out 0 2
 .model d D(ideal)
 .tran 0.1u 100u uic
 """
+#: junctions as broken lines: with resistance, three in parallel without one, one that breaks down
+LINES = """rectifier and limiter
+V1 in 0 SIN(0 20 50)
+D1 in a d
+R1 a 0 100
+D2 0 b d0 3
+R2 b in 20
+D3 0 c z dtemp=30
+R3 c in 50
+.model d D(IS=1n RS=0.1)
+.model d0 D(IS=10f)
+.model z D(IS=1n RS=1 BV=6 IBV=1m)
+.options junctions=lines:0.02
+.tran 0.2m 40m
+"""
 TOLERANCE = 1e-8
 
 
@@ -54,7 +69,7 @@ def worst(text: str, damage: object = None, method: str = "modewise") -> float:
     return max(found.error for found in judge.worst())
 
 
-@pytest.mark.parametrize("text", [RECTIFIER, BUCK], ids=["rectifier", "buck"])
+@pytest.mark.parametrize("text", [RECTIFIER, BUCK, LINES], ids=["rectifier", "buck", "lines"])
 @pytest.mark.parametrize("method", ["modewise", "sdirk", "moreau"])
 def test_rows_of_sound_runs_obey_all_laws(text: str, method: str) -> None:
     assert worst(text, method=method) < TOLERANCE
@@ -77,6 +92,20 @@ def test_a_column_of_the_rectifier_that_is_a_millionth_off(name: str) -> None:
 @pytest.mark.parametrize("name", ["v(in)", "v(g)", "i(v1)", "i(s1)", "i(d1)", "i(l1)"])
 def test_a_column_of_the_buck_that_is_a_millionth_off(name: str) -> None:
     assert worst(BUCK, scale(name, 1.0 + 1e-6)) > TOLERANCE
+
+
+@pytest.mark.parametrize(("node", "ohms"), [("a", -100.0), ("b", 20.0), ("c", 50.0)])
+def test_a_current_that_obeys_kirchhoff_but_not_the_broken_line(node: str, ohms: float) -> None:
+    diode = f"i(d{1 + 'abc'.index(node)})"
+
+    def damage(table: np.ndarray, names: list[str]) -> None:
+        # v(node) is off by what its resistor has from the current of the diode
+        change = 1e-6 * table[:, names.index(diode)]
+        table[:, names.index(diode)] += change
+        table[:, names.index(f"v({node})")] -= ohms * change
+        table[:, names.index("i(v1)")] += change * (1.0 if ohms > 0.0 else -1.0)
+
+    assert worst(LINES, damage) > TOLERANCE
 
 
 def test_one_value_of_one_row() -> None:

@@ -66,6 +66,24 @@ def test_the_current_differs_by_the_tolerance_at_most(tolerance: float):
     assert found.current.error == pytest.approx(tolerance, rel=1e-3)
 
 
+@pytest.mark.parametrize("ohms", [RS, 0.0])
+def test_the_characteristic_has_the_points_of_the_lines(ohms: float):
+    card = f"D(IS={IS} N={N} RS={ohms} BV=8 IBV=1m)"
+    circuit = nsspice.read(
+        f"x\nV1 a 0 1\nD1 a 0 d 2\n.model d {card}\n.options junctions=lines:0.02\n.op\n"
+    )
+    (_, body), *_ = circuit.device("d1").bodies()
+    found, curve = body.lines(), circuit.device("d1").curve(Conditions())
+    assert len(curve.vertices) == len(found.current.forward) + len(found.current.reverse)
+    for v in (-8.6, -8.3, -1.0, 0.4, 0.7, 0.9, 5.0):
+        # two junctions in parallel, each behind its resistance
+        i = found.current.at(v)
+        total = v + ohms * i
+        size = 1e-13 * (abs(total) + abs(i))
+        assert curve.contains(2.0 * i, total, size), v
+        assert not curve.contains(2.0 * i + 1e-3, total, size), v
+
+
 def test_the_error_is_of_second_order_in_the_number_of_pieces():
     tolerances = np.array([1e-2, 1e-3, 1e-4])
     pieces = np.array([len(lines(float(t)).current.forward) for t in tolerances])
