@@ -85,16 +85,24 @@ def test_a_session_of_the_protocol(folder: Path) -> None:
         env={"PYTHONPATH": str(Path(__file__).parents[2])},
     )
 
-    async def session() -> tuple[list[str], dict[str, object], object]:
+    deck = "title\nV2 b 0 1\n.include ../secret.net\n.op\n"
+
+    async def session() -> tuple[list[str], dict[str, object], list[object]]:
         async with mcp.Client(server) as client:
             names = sorted(tool.name for tool in (await client.list_tools()).tools)
             found = await client.call_tool("measure", {"deck": "rc.net"})
-            refused = await client.call_tool("read", {"file": "../secret.net"})
+            refused = [
+                await client.call_tool("read", {"file": "../secret.net"}),
+                await client.call_tool("run", {"deck": deck}),
+            ]
             return names, json.loads(found.content[0].text), refused
 
     names, found, refused = asyncio.run(session())
     assert names == ["compare", "explain", "files", "measure", "read", "run"]
     measured = found["runs"][0]["measures"]["v"]  # type: ignore[index]
     assert measured == pytest.approx(1.0 - math.exp(-1.0), rel=1e-9)
-    assert refused.is_error  # type: ignore[attr-defined]
-    assert "secret\nV1" not in refused.content[0].text  # type: ignore[attr-defined]
+    by_name, by_deck = refused
+    assert by_name.is_error  # type: ignore[attr-defined]
+    assert json.loads(by_deck.content[0].text)["exit_code"] == 2  # type: ignore[attr-defined]
+    for told in refused:
+        assert "secret\nV1" not in told.content[0].text  # type: ignore[attr-defined]
