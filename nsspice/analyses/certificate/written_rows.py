@@ -2,8 +2,9 @@
 
 What engines leave for the certificate are their own points.  Here the table itself is judged at
 every row, by laws that are made from the deck alone: Kirchhoff's current law where all currents are
-known, sources and controlled sources, set-valued diodes, switches next to their controls,
-thyristors.  Elements whose voltages or currents are not among the columns are left out.
+known, sources and controlled sources, set-valued diodes and junctions as broken lines, switches
+next to their controls, thyristors.  Elements whose voltages or currents are not among the columns,
+and junctions with a charge, are left out.
 """
 
 from __future__ import annotations
