@@ -321,9 +321,15 @@ def test_a_report_is_dark_on_dark_systems_and_light_on_paper(tmp_path: Path, buc
         say("paper", colours().join()); dispatchEvent(new Event("afterprint"));
         say("again", colours().join());
         say("wide", document.documentElement.scrollWidth <= innerWidth);
+        const place = e => { const r = e.getBoundingClientRect(); return [r.left, r.right]; };
+        say("curves", place($(".u-over"))); say("strips", all(".strip canvas").map(place));
     """)  # fmt: skip
     assert said["screen"] == said["again"] != said["paper"]
     assert said["wide"]
+    # who conducts is shown below the instants of the curves, within a strip's border
+    assert len(said["strips"]) == 2
+    for strip in said["strips"]:
+        assert strip == pytest.approx(said["curves"], abs=1.01)
 
 
 PHONE = """<body style="margin:0">
@@ -361,12 +367,17 @@ def test_a_report_fits_a_phone(deck: str, tmp_path: Path, buck: Path) -> None:
         [...inside().querySelectorAll("[role=tab]")].at(-1)?.click();
         await until(() => inside().querySelector(".verdict") && inside().readyState == "complete");
         await say({ width: inside().documentElement.scrollWidth,
-          plots: inside().querySelectorAll("canvas").length, labels, cut });
+          plots: inside().querySelectorAll("canvas").length, labels, cut,
+          lefts: [".u-over", ".strip canvas"].map(s => inside().querySelector(s)
+            ?.getBoundingClientRect().left) });
     """
     said = page_used(found_browser(), folder, "", script, tmp_path / "profile")
     assert 300 < said["width"] <= 390
     assert said["plots"] >= 2
     assert said["cut"] == []
+    if deck == "buck":
+        curves, strip = said["lefts"]
+        assert strip == pytest.approx(curves, abs=1.01)
     assert (len(said["labels"]) >= 2) is (deck == "loop")
 
 

@@ -60,11 +60,13 @@ function explorer(group, box, onRun) {
   };
 
   const note = () => { drawn.textContent = JSON.stringify(panels.map(p => p.drawn())); };
+  // uPlot lays panels out in a microtask, after which their places are known
+  const align = () => { if (!family) queueMicrotask(() => modeStrip(runs[0], strips, span, panels[0]?.plot.over)); };
   const refresh = () => {
     panels.forEach(p => p.refresh());
     note();
     range.textContent = `${si(span[0], group.axis_unit)} to ${si(span[1], group.axis_unit)}`;
-    if (!family) modeStrip(runs[0], strips, span);
+    align();
   };
   const build = () => {
     panels.forEach(p => p.plot.destroy());
@@ -136,7 +138,7 @@ function explorer(group, box, onRun) {
     left ? el("span", {}, `(${left} more signals with --signals)`) : null),
     area, table_, strips, drawn,
     el("p", { class: "hint" }, "Click sets the cursors A and B. Drag or scroll to zoom, with shift in height; double click shows all."));
-  new ResizeObserver(() => { panels.forEach(p => p.resize()); }).observe(plots);
+  new ResizeObserver(() => { panels.forEach(p => p.resize()); align(); }).observe(plots);
   redrawn.add(build);
   build();
 }

@@ -13,7 +13,7 @@ function table(head, rows, numeric = []) {
 }
 
 // who conducts when: the shade of a pixel is the part of its time for which the element is on
-function modeStrip(run, box, [low, high]) {
+function modeStrip(run, box, [low, high], plot) {
   const { elements, left_out } = run.modes;
   if (!elements.length && !left_out) return;
   if (!box.firstChild) {
@@ -21,11 +21,14 @@ function modeStrip(run, box, [low, high]) {
     const grid = el("div", { class: "strip" });
     elements.forEach(m => {
       m.times = decode(m.changes, Float64Array);
-      grid.append(el("span", {}, m.element), el("canvas", { role: "img", height: 14, "aria-label": `${m.element}: ${m.times.length} changes` }));
+      grid.append(el("span", { title: m.element }, m.element), el("canvas", { role: "img", height: 14, "aria-label": `${m.element}: ${m.times.length} changes` }));
     });
     box.append(grid);
     if (left_out) box.append(el("p", { class: "hint" }, `${left_out} more elements change too often to be kept here`));
   }
+  // instants below those of the curves; a strip has a border of one pixel
+  const grid = box.querySelector(".strip"), curves = plot?.getBoundingClientRect();
+  if (curves?.width) grid.style.gridTemplateColumns = `${curves.left - grid.getBoundingClientRect().left - 1}px ${curves.width + 2}px`;
   box.querySelectorAll("canvas").forEach((canvas, k) => {
     const m = elements[k], width = (canvas.width = Math.max(100, canvas.clientWidth)), pen = canvas.getContext("2d");
     pen.fillStyle = colour(k);
