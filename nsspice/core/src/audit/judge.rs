@@ -173,9 +173,12 @@ impl Auditor {
         );
         let mut tied = (0.0, None);
         if point.after_jump {
+            // resistances carry currents that are no unknowns
+            let laws = scale.iter().zip(&self.arrays.kinds).filter(|e| *e.1 == 0);
+            let flowing = laws.fold(unit.largest[1], |most, (size, _)| most.max(*size));
             for group in &self.places.groups {
                 let sum = |list: &[f64]| group.iter().map(|&row| list[row]).sum::<f64>();
-                let size = sum(scale).max(FLOOR * unit.largest[1]);
+                let size = sum(scale).max(FLOOR * flowing);
                 let floor = sum(floor).min(EXCUSED / TOLERANCE * size);
                 let found = ratio(sum(error).abs(), size.max(floor));
                 if worse(found, tied.0) {
