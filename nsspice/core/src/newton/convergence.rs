@@ -75,6 +75,16 @@ impl Balance {
         shares.fold((0.0, 0), |worst, here| if here.0 > worst.0 { here } else { worst })
     }
 
+    /// Takes the terms of each law at a solution into the largest.
+    pub fn take_largest(&self, largest: &mut [f64]) {
+        largest.iter_mut().zip(&self.terms).for_each(|(most, term)| *most = larger(*term, *most));
+    }
+
+    /// Whether all defects are rounding of the largest terms.
+    pub fn is_nothing(&self, largest: &[f64]) -> bool {
+        largest.iter().zip(&self.defect).all(|(most, defect)| defect.abs() <= UNIT * most)
+    }
+
     /// Size of what the functions make of the unknowns in a row: in steep functions, how far its
     /// defect may be rounding.
     fn steepness(assembly: &Assembly, tape: &Tape, x: &[f64], row: usize) -> f64 {

@@ -101,6 +101,8 @@ pub(super) struct Assembly {
     pub steady: bool,
     /// so many of the next guesses need not be judged
     pub unjudged: u8,
+    /// the largest terms of each law in solutions
+    pub largest: Vec<f64>,
     jacobian: Csc,
     factor: Option<Factor>,
     /// the shorter way to dense factors, and whether it was taken last
@@ -152,6 +154,7 @@ impl Assembly {
             open: false,
             steady: false,
             unjudged: 0,
+            largest: vec![0.0; eq.n],
             jacobian: linear.clone(),
             linear,
             factor: None,

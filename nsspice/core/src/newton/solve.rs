@@ -208,11 +208,30 @@ impl Newton {
                 || !self.state.contradicts_itself(&self.eq, assembly)
                     && !self.runs_away(found.residual)
         });
-        let Some(found) = found else { return Err(Box::new(self.unsolved())) };
+        let Some(found) = found.or_else(|| self.at_rest()) else {
+            return Err(Box::new(self.unsolved()));
+        };
         let s = &mut self.state;
+        s.balance.take_largest(&mut self.assemblies[self.present].largest);
         z.copy_from_slice(&s.x[..n]);
         l.copy_from_slice(&s.x[n..]);
         Ok(Solved { iterations: s.iterations, residual: found.residual, stage: s.stage })
+    }
+
+    /// The best point of a step, if all that a law misses is rounding of its largest terms in steps of this length: what
+    /// is stored has come to rest, and no digit of the terms that are left is right.
+    fn at_rest(&mut self) -> Option<Judgement> {
+        if self.assemblies[self.present].rate == 0.0 {
+            return None;
+        }
+        self.state.x.copy_from_slice(&self.state.nearest.1);
+        self.evaluate_at_x(Linearisation::Exact, None);
+        let mut found = self.judge();
+        let largest = &self.assemblies[self.present].largest;
+        let rests =
+            self.state.balance.is_nothing(largest) && found.residual.complementarity <= ACCEPT;
+        found.residual.rows = if rests { 0.0 } else { found.residual.rows };
+        rests.then_some(found)
     }
 
     /// The best point that was found.
