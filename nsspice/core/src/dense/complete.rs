@@ -150,6 +150,24 @@ impl Complete {
         }
     }
 
+    /// What rounding may leave of each equation at a solution: a part of `|L| |U| |x|` (Higham, theorem 9.4).
+    pub fn residuals(&self, x: &[f64]) -> Vec<f64> {
+        let (n, rank) = (x.len(), self.rank);
+        let y: Vec<f64> = self.cols.iter().map(|&c| (x[c] / self.col_scale[c]).abs()).collect();
+        let terms =
+            |row: &[f64], y: &[f64]| -> f64 { row.iter().zip(y).map(|(v, y)| v.abs() * y).sum() };
+        let upper: Vec<f64> =
+            (0..rank).map(|k| terms(&self.lu.row(k)[k..rank], &y[k..rank])).collect();
+        let mut out = vec![0.0; n];
+        for (k, &r) in self.rows.iter().enumerate() {
+            let own = upper.get(k).copied().unwrap_or(0.0);
+            let before = k.min(rank);
+            let sum = own + terms(&self.lu.row(k)[..before], &upper[..before]);
+            out[r] = of_elimination(n) * sum / self.row_scale[r];
+        }
+        out
+    }
+
     /// A basis of the kernel, one column for each free unknown.
     pub fn kernel(&self) -> Matrix {
         let (n, rank) = (self.lu.rows, self.rank);
@@ -188,6 +206,26 @@ mod tests {
         found.solve(&mut x);
         assert_eq!(found.rank(), 2);
         assert!((x[1] - 2.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn rounding_of_an_unknown_that_cancels_is_within_the_bound() {
+        // two equations of nearly the same terms: the second unknown is nothing but rounding
+        let tilt = 1.0 + 2f64.powi(-30);
+        let data = vec![1.0, 1.0, 0.1, 1.0, tilt, 0.1, 0.3, 0.7, 1.0];
+        let a = Matrix { rows: 3, cols: 3, data };
+        let mut found = Complete::default();
+        found.factor(&a);
+        let right = [0.1, 0.1, 0.3 * 0.1];
+        let mut x = right.to_vec();
+        found.solve(&mut x);
+        let mut product = [0.0; 3];
+        a.apply(&x, &mut product);
+        for ((p, r), bound) in product.iter().zip(right).zip(found.residuals(&x)) {
+            assert!((p - r).abs() <= bound, "{} of {bound}", p - r);
+            // and no more than some rounding of the largest terms
+            assert!(bound <= 1e-12);
+        }
     }
 
     #[test]
