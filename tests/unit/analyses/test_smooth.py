@@ -93,5 +93,5 @@ def test_a_circuit_at_rest_needs_no_search_for_its_first_state(method):
         "R1 out 0 100k\n.model j D(IS=1e-14)\n.tran 2u 20u 0 2u uic\n"
     )
     solution = nsspice.tran(circuit, method=method)
-    assert solution.stats["worst_stage"] == 1
+    assert solution.stats["worst_stage"] <= 1
     assert np.abs(solution["v(out)"][0]) == 0.0

@@ -2,6 +2,7 @@
 
 use super::charges::combine;
 use super::{DerivativeArray, Moment};
+use crate::dense::Complete;
 use crate::descriptor::Linear;
 use crate::newton::Newton;
 use crate::tape::Linearisation;
@@ -29,7 +30,13 @@ impl DerivativeArray {
         for ((change, z), from) in scratch.iter_mut().zip(z.iter()).zip(from) {
             *change = z - from;
         }
-        linear.e.mul_add(1.0, scratch, held);
+        match at.charges {
+            Some(charges) => {
+                linear.e.mul_add(1.0, z, held);
+                held.iter_mut().zip(charges).for_each(|(held, charge)| *held -= charge);
+            }
+            None => linear.e.mul_add(1.0, scratch, held),
+        }
         linear.slacks(z, l, &mut self.slack);
         let Some(newton) = newton else { return };
         newton.linearise(z, u, at.time[0], how);
@@ -39,7 +46,8 @@ impl DerivativeArray {
         for (row, k, [f, q]) in newton.each_function() {
             flow[row] -= f * now[k];
             size[row] += (f * now[k]).abs();
-            held[row] += q * (now[k] - before[k]);
+            let from = if at.charges.is_some() { 0.0 } else { before[k] };
+            held[row] += q * (now[k] - from);
         }
         for (row, column, [f, q]) in newton.each_slope() {
             self.conducting[(row, column)] += f;
@@ -147,14 +155,22 @@ impl DerivativeArray {
         laws && self.conductors.iter().all(|&k| self.slack[k].abs() <= ACCEPT * volts)
     }
 
-    /// Whether the rates fulfil their equations.
-    pub(super) fn solved(&self, right: &[f64]) -> bool {
+    /// Whether the rates fulfil their equations: but for the tolerance, or for what rounding leaves of them.
+    pub(super) fn solved(&self, right: &[f64], factor: &Complete) -> bool {
         let x = &self.x;
+        let mut rounding = Vec::new();
         x.iter().all(|x| x.is_finite())
             && right.iter().enumerate().all(|(r, &right)| {
                 let terms = || self.matrix.row(r).iter().zip(x).map(|(a, x)| a * x);
                 let size = terms().fold(right.abs(), |size, v| size + v.abs());
-                (terms().sum::<f64>() - right).abs() <= ACCEPT * size
+                let rest = (terms().sum::<f64>() - right).abs();
+                if rest <= ACCEPT * size {
+                    return true;
+                }
+                if rounding.is_empty() {
+                    rounding = factor.residuals(x);
+                }
+                rest <= rounding[r]
             })
     }
 }

@@ -60,6 +60,10 @@ pub struct Moment<'a> {
     pub keeps: &'a [bool],
     /// the largest current so far [A]
     pub largest: f64,
+    /// what is stored, where it is not what the state before stores
+    pub charges: Option<&'a [f64]>,
+    /// there is no mode near which the next one is wanted
+    pub anew: bool,
 }
 
 /// The equations of one network, and the state found last.
@@ -201,6 +205,9 @@ impl DerivativeArray {
             };
         }
         let before = [z, l];
+        if at.anew {
+            self.propose(linear, &mut newton, before, at);
+        }
         let found = self.search(linear, &mut newton, before, at)
             || self.propose(linear, &mut newton, before, at)
                 && self.search(linear, &mut newton, before, at);

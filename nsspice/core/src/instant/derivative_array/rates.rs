@@ -53,7 +53,8 @@ impl DerivativeArray {
         }
         factor.solve(&mut rest);
         add_scaled(&mut self.x, 1.0, &rest);
-        if !self.solved(&right) {
+        let factor = if free.is_empty() { &self.system } else { &self.onward };
+        if !self.solved(&right, factor) {
             return false;
         }
         let mut along = vec![0.0; self.x.len()];

@@ -6,10 +6,6 @@ use crate::mlcp::Role;
 use crate::newton::Newton;
 use crate::tolerances::ACCEPT;
 
-/// Multipliers that only rates determine are known to engines no better than the rates are: what is less than this part
-/// of the largest current may have ended for them.
-const BY_RATES: f64 = 1e-3;
-
 /// What the signs say of a mode.
 pub(super) enum Signs {
     Right,
@@ -34,7 +30,10 @@ impl DerivativeArray {
         if let Some(k) = worst.1 {
             return Signs::Wrong(k);
         }
-        let small = |k: &usize| self.turning[*k].is_nan() && self.l[*k] <= BY_RATES * at.largest;
+        // multipliers that only rates determine are known to what solutions of these are accepted with
+        let small = |k: &usize| {
+            self.turning[*k].is_nan() && guard(*k) > zero(*k) && self.l[*k] <= ACCEPT * at.largest
+        };
         if diodes.iter().any(small) {
             return Signs::Undecided;
         }

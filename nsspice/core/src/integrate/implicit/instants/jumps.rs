@@ -151,11 +151,17 @@ impl Stepper {
         #[cfg(feature = "faults")]
         let origin = self.state.z.clone();
         self.instants.begun = None;
+        if self.facts.static_system {
+            self.state.u1.copy_from_slice(&self.state.u0);
+            return self.solver.solve_static(&mut self.state, start);
+        }
         if charges.is_none() && self.goes_on() {
             return Ok(());
         }
-        let known =
-            self.reinitialise(charges) || charges.is_none() && self.goes_on_with_functions();
+        if let Some(charges) = charges {
+            self.jumps().compare_with(charges);
+        }
+        let known = self.reinitialise(charges) || self.by_derivative_array(charges, start);
         if !known {
             let before = self.state.z.clone();
             let impacts = charges.is_none() && self.instants.impacts.active;
@@ -245,7 +251,7 @@ impl Stepper {
             if !changed {
                 return Ok(());
             }
-            if self.facts.static_system || self.schedule.sweeping {
+            if self.schedule.sweeping {
                 self.state.u1.copy_from_slice(&self.state.u0);
                 self.solver.solve_static(&mut self.state, Start::Warm)?;
             } else {
@@ -262,6 +268,12 @@ impl Stepper {
 }
 
 impl StateJumps<'_> {
+    /// Takes charges and fluxes into the largest so far.
+    fn compare_with(&mut self, stored: &[f64]) {
+        let now = self.solver.sys.largest(&[stored]);
+        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
+    }
+
     /// The reinitialising step from the present state, which is left undefined; the first steps have
     /// this part of the shortest time.
     pub(in crate::integrate) fn find_state_jump(
@@ -274,8 +286,7 @@ impl StateJumps<'_> {
         let begun = (self.state.z.clone(), self.state.l.clone());
         let stored =
             charges.map_or_else(|| self.solver.stored_at(self.state, &begun.0), <[f64]>::to_vec);
-        let now = self.solver.sys.largest(&[&stored]);
-        self.instants.largest = [0, 1].map(|kind| self.instants.largest[kind].max(now[kind]));
+        self.compare_with(&stored);
         // charges that a step ends with need no impulse; where gaps close at speed, they may jump all the same
         if charges.is_none() && !self.instants.impacts.active {
             if let Some(still) = self.unmoved(&begun, shortest) {

@@ -1,8 +1,9 @@
 //! State jumps: which charges and fluxes they lead to, and the values and rates at t+.
 //!
-//! Read `reinitialise` first (closed form from the structure of the network; most jumps end there).  Where the
-//! structure is unknown: `jumps` and `short_steps` (a step of length going to zero), `jump_test` (jump or motion),
-//! `values` (the state at t+).  Imports: [`crate::instant`] and the parts of the implicit step.
+//! Read `reinitialise` first (closed form from the structure of the network, or the derivative array where nothing jumps;
+//! most instants and starts end there).  Where neither serves: `jumps` and `short_steps` (a step of length going to
+//! zero), `jump_test` (jump or motion), `values` (the state at t+).  Imports: [`crate::instant`] and the parts of the
+//! implicit step.
 
 pub(in crate::integrate) mod algebraic;
 pub(in crate::integrate) mod jump_test;

@@ -6,7 +6,7 @@ use crate::integrate::implicit::step_length::mode_key;
 use crate::integrate::implicit::stepper::Stepper;
 use crate::integrate::implicit::time_grid::slopes;
 use crate::integrate::implicit::time_grid::slopes_at;
-use crate::mlcp::Role;
+use crate::mlcp::{Role, Start};
 use crate::structure::Coordinates;
 
 impl Stepper {
@@ -124,8 +124,12 @@ impl Stepper {
         found
     }
 
-    /// The same by the derivative array of the network.
-    pub(in crate::integrate) fn goes_on_with_functions(&mut self) -> bool {
+    /// The same by the derivative array of the network; from `charges` a run starts, near the present state or not.
+    pub(in crate::integrate) fn by_derivative_array(
+        &mut self,
+        charges: Option<&[f64]>,
+        start: Start,
+    ) -> bool {
         let Some(mut array) = self.instants.array.take() else { return false };
         slopes(&self.waveforms, self.state.time, &mut self.instants.slopes);
         let instant = f64::EPSILON * self.schedule.step_length;
@@ -139,18 +143,25 @@ impl Stepper {
             None => (Vec::new(), time, false),
         };
         let proposal = self.instants.continuous.as_ref().and_then(|c| c.proposal());
+        let conducts: Vec<bool> = self.state.l.iter().map(|l| *l > 0.0).collect();
+        let known = if charges.is_some() { &conducts } else { &self.state.active };
         let at = Moment {
             sources: [&self.state.u0, &self.instants.slopes],
             time: [clock, if frozen { 0.0 } else { 1.0 }],
             roles: &self.state.roles,
-            active: proposal.unwrap_or(&self.state.active),
+            active: proposal.unwrap_or(known),
             zero: &self.instants.zero,
             keeps: &keeps,
             largest: self.instants.felt,
+            charges,
+            anew: charges.is_some() && start == Start::Cold,
         };
         let newton = self.solver.smooth.as_mut().map(|smooth| &mut smooth.newton);
         let found = array.find(linear, newton, [&self.state.z, &self.state.l], &at)
-            && self.jumps().keeps_charges(&array.z);
+            && match charges {
+                Some(_) => !self.jumps().noticed(charges, [&array.z; 3], &[]),
+                None => self.jumps().keeps_charges(&array.z),
+            };
         if found {
             let DerivativeArray { z, l, active, rates, .. } = &*array;
             self.take_values([z, l, rates], active);
