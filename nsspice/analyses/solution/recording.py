@@ -76,6 +76,9 @@ class Again(Protocol):
     def __call__(self, names: Sequence[str], start: float, stop: float) -> Recording:
         """Record signals over a window [s]."""
 
+    def circuit(self) -> Circuit:
+        """Return the circuit that was run."""
+
     def integrals(self) -> Any:
         """Return the integrals of its signals in closed form."""
 

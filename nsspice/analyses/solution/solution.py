@@ -410,7 +410,7 @@ class Solution(RunStatistics, HandedOver):
         return Motion.of_rows(rows.axis, {n: rows[n] for n in wanted}, self.axis_name or "op")
 
     def losses(self, *loads: str) -> LossTable:
-        """Return the average powers of all elements of a run: losses and efficiency.
+        """Return average powers of all elements of ``.tran`` or ``.pss``: losses and efficiency.
 
         Parameters
         ----------
@@ -420,16 +420,18 @@ class Solution(RunStatistics, HandedOver):
         Raises
         ------
         UsageError
-            NS4005 without a closed form of the run, or for a load that the circuit lacks.
+            NS4005 of another analysis than these two, or for a load that the circuit lacks.
         """
         from ..transient.spectrum import add_powers
 
         if self.integrals is None and self.analysis == "tran" and self.again is not None:
             self.integrals = self.again.integrals()
-        if self.integrals is not None:
-            add_powers(self.integrals.circuit, self, [name.lower() for name in loads])
+        if self.again is not None:
+            exact = self.integrals
+            circuit = self.again.circuit() if exact is None else exact.circuit
+            add_powers(circuit, self, [name.lower() for name in loads])
         if self.powers is None:
-            hint = "use .tran or .pss with elements that have a closed form"
+            hint = "use .tran or .pss"
             raise UsageError(Diagnostic("NS4005", "there are no average powers", hint=hint))
         return self.powers
 

@@ -479,6 +479,10 @@ class Rerun:
         assert solution.recording is not None
         return solution.recording
 
+    def circuit(self) -> Circuit:
+        """Return the circuit that was run."""
+        return again(self.deck, self.parameters)
+
     def integrals(self) -> Integrals:
         """Return integrals of the signals in closed form."""
         from .integrable_run import integrals_of

@@ -157,6 +157,8 @@ R2 c 0 1k
     # the tolerance of steps, over a period at whose end a capacitor holds what it held
     assert abs(power["c1"]) < 1e-5 * power["r2"]
     (spectrum,) = sol.spectra
+    again = nsspice.pss(nsspice.read(text)).losses("r2")
+    assert again.efficiency == pytest.approx(power["r2"] / -power["v1"], rel=1e-9)
     # sums over rows are the coefficients up to those of orders near their number
     rows = np.fft.fft(sol["i(r1)"][:-1])[:10] / (sol.axis.size - 1)
     assert np.abs(rows - spectrum.coefficients[:10]).max() < 1e-6 * abs(rows[1])
