@@ -40,8 +40,8 @@ FOLDERS = {
 ROOMS = {
     "netlist": "findings text expressions deck alteration elements expansion cards script parsing",
     "devices": ". heat diodes expressions passive sources switches mosfets transistors",
-    "analyses": "signals results request certificate solution static transient steady gradients "
-    "studies bounds",
+    "analyses": "signals results request certificate solution static averages transient steady "
+    "gradients studies bounds",
     "dvi": "terms equations runs models",
 }
 
@@ -49,7 +49,7 @@ ROOMS = {
 #: a solution, analyses of a circuit, the kind of element that a line turns out to be
 HANDS_OVER = {
     "analyses/solution/exports.py": {"output"},
-    "analyses/solution/solution.py": {"analyses.transient"},
+    "analyses/solution/solution.py": {"analyses.averages"},
     "circuit/circuit.py": {"analyses", "output"},
     "devices/diodes/diode.py": {"devices.switches"},
     "devices/expressions/stored.py": {"devices"},
@@ -58,7 +58,7 @@ HANDS_OVER = {
 #: file -> rooms after its own of which it only names a type
 NAMES_A_TYPE = {
     "netlist/deck.py": {"netlist.parsing"},
-    "analyses/solution/solution.py": {"analyses.transient"},
+    "analyses/solution/solution.py": {"analyses.averages"},
     "devices/device.py": {"devices.diodes"},
     "devices/stamper.py": {"devices.expressions"},
 }

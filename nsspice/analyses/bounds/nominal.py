@@ -10,9 +10,9 @@ from ...problems.csc import Floats
 from ...problems.descriptor import Functional
 from ...solvers.modewise import NotModewise
 from ...solvers.orbit import NoDerivative, PeriodMap
+from ..averages.integrals import Course
 from ..gradients.carried import Lost
 from ..solution.solution import Solution
-from ..transient.integrals import Course
 
 #: shorter segments, as parts of the period, are parts of one event
 _INSTANT = 1e-11

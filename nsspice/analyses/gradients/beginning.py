@@ -11,10 +11,10 @@ from ...circuit import Circuit, MnaSystem
 from ...devices.sources.waveform import initial_value
 from ...errors import Diagnostic, UsageError
 from ...problems.descriptor import DescriptorSystem
+from ..averages.integrable_run import first_state
 from ..request.cards import Tran
 from ..signals.curve import Floats
 from ..static.initial import initial_voltages
-from ..transient.integrable_run import first_state
 from .sources import slope_by
 
 

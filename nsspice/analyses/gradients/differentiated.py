@@ -16,6 +16,8 @@ from ...errors import NsspiceError
 from ...netlist.deck import TranCard
 from ...solvers.modewise import NotModewise
 from ...solvers.orbit import NoDerivative, PeriodMap, State
+from ..averages.integrable_run import integrals_of
+from ..averages.integrals import Integrals
 from ..request.cards import Tran
 from ..request.periodic_sources import continued
 from ..request.request import Request
@@ -23,8 +25,6 @@ from ..request.restart_state import with_waveforms
 from ..signals.curve import Floats
 from ..solution.solution import Solution
 from ..transient.blocks import split
-from ..transient.integrable_run import integrals_of
-from ..transient.integrals import Integrals
 from .beginning import Beginning
 from .drivers import Driven, driven
 from .functional import Functional, Linearised

@@ -19,6 +19,7 @@ from .exports import HandedOver
 from .run_statistics import RunStatistics
 
 if TYPE_CHECKING:
+    from ..averages.integrals import Integrals
     from ..certificate.certificate import Certificate
     from ..certificate.regularity import SolutionVerdict
     from ..results.error_estimate import ErrorEstimate
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from ..results.sensitivity import Sensitivity
     from ..results.spectrum import Spectrum
     from ..signals.signal_function import Motion
-    from ..transient.integrals import Integrals
     from .computed_signals import Rows
     from .default_signals import View
     from .recording import Again, Recording
@@ -422,7 +422,7 @@ class Solution(RunStatistics, HandedOver):
         UsageError
             NS4005 of another analysis than these two, or for a load that the circuit lacks.
         """
-        from ..transient.spectrum import add_powers
+        from ..averages.spectrum import add_powers
 
         if self.integrals is None and self.analysis == "tran" and self.again is not None:
             self.integrals = self.again.integrals()

@@ -26,6 +26,7 @@ from ...solvers.orbit import (
 from ...solvers.sdirk import Accuracy
 from ...solvers.shooting import StepMap, find_stepped_orbit, finer
 from ...solvers.stepper import UnsolvedStep
+from ..averages.integrals import Course, Integrals
 from ..certificate.failure import named_failure
 from ..request.arguments import finite, instant_of
 from ..request.cards import Tran
@@ -41,7 +42,6 @@ from ..request.values import checked_values
 from ..results.periodic import Periodic
 from ..solution.refusal import check_on_failure, judge
 from ..solution.solution import Solution
-from ..transient.integrals import Course, Integrals
 from ..transient.transient import run_tran
 from .steady_failure import no_closed_form, no_derivative, no_orbit, no_period, stored_names
 

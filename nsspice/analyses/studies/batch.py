@@ -383,7 +383,7 @@ def _add_results(
 
         evaluate_measures(solution, measures)
     if job.kind in ("tran", "pss") and (deck.fours or request.power):
-        from ..transient.spectrum import add_powers, add_spectra
+        from ..averages.spectrum import add_powers, add_spectra
 
         add_spectra(solution, deck.fours)
         if request.power:
@@ -437,8 +437,8 @@ def _tran(circuit: Circuit, card: TranCard, request: Request) -> Solution:
     watched = Watched.of(circuit, analysis, named(request.follow), every=request.record)
     solution = run_tran(circuit, analysis, settings, wanted, watched=watched, beginnings=beginnings)
     if (request.power or _needs_integrals(deck)) and not controlled:
+        from ..averages.integrable_run import integrals_of
         from ..transient.blocks import split
-        from ..transient.integrable_run import integrals_of
 
         blocks = Blocks(circuit)
         if beginnings is None:

@@ -11,11 +11,11 @@ import numpy as np
 from ...errors import Diagnostic, suggest
 from ...netlist.deck import Cond, Measure
 from ...netlist.expressions.expression import Expression
+from ..averages.spectrum import exact_statistic, hot_measure, spectral_measure
 from ..signals import signal_statistics as statistics
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
 from ..solution.window_statistics import NotFound, bounds, statistic, trace_of, value_at
-from .spectrum import exact_statistic, hot_measure, spectral_measure
 
 T = TypeVar("T")
 #: operations on all that a window holds

@@ -43,8 +43,8 @@ from .island_runner import IslandRunner
 from .row_checks import copies_of, limits, unwatched, violations
 
 if TYPE_CHECKING:
+    from ..averages.integrals import Integrals
     from ..request.controller import Controller
-    from .integrals import Integrals
     from .memory import Memory
 
 
@@ -485,7 +485,7 @@ class Rerun:
 
     def integrals(self) -> Integrals:
         """Return integrals of the signals in closed form."""
-        from .integrable_run import integrals_of
+        from ..averages.integrable_run import integrals_of
 
         circuit = again(self.deck, self.parameters)
         blocks = Blocks(circuit)

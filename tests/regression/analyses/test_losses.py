@@ -13,7 +13,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 import nsspice
-from nsspice.analyses.transient.recorded_integrals import RecordedIntegrals
+from nsspice.analyses.averages.recorded_integrals import RecordedIntegrals
 
 LOSSY = """Buck with resistances
 Vin in 0 24

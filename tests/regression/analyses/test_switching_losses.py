@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import expm
 
 import nsspice
-from nsspice.analyses.transient.heat import Heating, heating
+from nsspice.analyses.averages.heat import Heating, heating
 from tests.regression.analyses.test_losses import table
 
 #: an energy k i v is bilinear, so that four points of a grid give it everywhere
