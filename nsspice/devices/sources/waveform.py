@@ -181,6 +181,7 @@ def depends_on_run(source: Source) -> bool:
     Examples
     --------
     >>> from nsspice.errors import Span
+    >>> from nsspice.netlist.deck import Source
     >>> pulses = [Source(None, None, "pulse", (0.0, 1.0, 0.0, *edges), {}, Span("", 2, 1))
     ...           for edges in ((), (1e-9, 1e-9, 1e-6, 2e-6))]
     >>> [depends_on_run(pulse) for pulse in pulses]

@@ -15,7 +15,7 @@ from ..findings import Unreadable
 from ..text.numbers import read_number
 from ..text.shapes import Misfit, Shapes, Spans, Step
 from .evaluate import rebuild
-from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, arity_problem
+from .functions import ALIASES, ARITY, CONSTANTS, UNSUPPORTED, WITH_ZERO, arity_problem
 from .node import (
     MAX_DEPTH,
     Node,
@@ -201,7 +201,7 @@ def resolve(function: str, args: list[Node], known: list[str], where: Span | Non
         return power(args[0], args[1])
     if function in ("if", "ternary_fcn"):
         return Node("if", (args[0], args[1], args[2]))
-    if len(function) == 3 and function.endswith("0"):  # ngspice's comparisons with zero
+    if function in WITH_ZERO:
         return Node("if", (Node(function[:2], (args[0], num(0.0))), num(1.0), num(0.0)))
     return call(ALIASES.get(function, function), *args)
 

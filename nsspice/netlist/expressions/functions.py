@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+#: ngspice's comparisons with zero, which are read as conditions
+WITH_ZERO = ("eq0", "ne0", "gt0", "ge0", "lt0", "le0")
 #: name -> (least, most) number of arguments; most None means any number
 ARITY: dict[str, tuple[int, int | None]] = {
     **dict.fromkeys(
@@ -56,7 +58,7 @@ ARITY: dict[str, tuple[int, int | None]] = {
     "limit": (3, 3),
     "if": (3, 3),
     "ternary_fcn": (3, 3),
-    **dict.fromkeys(["eq0", "ne0", "gt0", "ge0", "lt0", "le0"], (1, 1)),
+    **dict.fromkeys(WITH_ZERO, (1, 1)),
     "pwl": (3, None),
     "table": (3, None),
     "steps": (4, None),

@@ -89,7 +89,7 @@ def test_vectors_meet_numpy_and_scipy():
         (lambda: Polyhedron([[1.0]], [1.0, 2.0]), "NS6003", "C has 1 rows"),
         (lambda: SecondOrderCone(0.0), "NS6003", "interior"),
         (lambda: VI([unknowns("a"), unknowns("b")], of=unknowns("a")), "NS6003", "2 components"),
-        (lambda: VI(unknowns("a"), {unknowns("a"): "K"}), "NS6003", "no set for a"),
+        (lambda: VI(unknowns("a"), {unknowns("a"): "K"}), "NS6003", "not a set for a"),
     ],
 )
 def test_a_wrong_model_is_named(action, code, words):
