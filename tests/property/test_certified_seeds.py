@@ -33,6 +33,8 @@ LEFT_OVER = [("large", 40101), ("large", 40343), ("large", 40463)]
 BENT = [("large", 40528), ("large", 167507)]
 #: 0.2 and 2.7 V across a diode that carries 0.7 and 0.3 A, in the first row of steps after a jump
 EXCLUDED = [("large", 40443, "moreau"), ("large", 300008, "sdirk")]
+#: a charge of 1e-8 A s passes a diode with -9 mV across it, next to 5e-2 J: it had been certified
+THROUGH_A_GAP = [("large", 610002)]
 #: a diode changed within the short steps that show the state after a jump: it blocked -1 mA, -46 mA
 PASSED_OVER = [("bridge", 71203), ("bridge", 71253)]
 #: 7e-18 and 3e-14 V across diodes: the rounding of 0.36 A in 750 Ohm, all other voltages being zero
@@ -144,6 +146,14 @@ def test_what_a_certificate_found_wrong_is_right(kind, seed, method):
     stop, step = STEPS * random.step, random.step
     run = nsspice.tran(circuit, stop, step, step=step, method=method, uic=True)
     assert run.certificate.passed
+
+
+@pytest.mark.parametrize(("kind", "seed"), THROUGH_A_GAP)
+def test_a_jump_through_a_diode_that_blocks_is_refused(kind: str, seed: int) -> None:
+    circuit = nsspice.read(generate(kind, seed).text)
+    run = nsspice.tran(circuit, method="modewise", on_failure="ignore")
+    assert run.certificate.jumps > 1e-6
+    assert not run.certificate.passed
 
 
 @pytest.mark.parametrize(("kind", "seed", "method"), EXCLUDED)

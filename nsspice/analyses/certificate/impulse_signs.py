@@ -62,12 +62,41 @@ def impulse_error(system: DescriptorSystem, jumps: Sequence[Jump], turned: float
         both = np.minimum(np.abs(passed), np.abs(held))
         wrong = np.where(switched, both, np.maximum(np.maximum(-passed, -held), both))
         found = float(np.max(wrong, initial=0.0))
+        passed_gaps = _through_gaps(system, jump, rounding[0])
+        if passed_gaps > TOLERANCE:
+            worst = passed_gaps if worse(passed_gaps, worst) else worst
         if found > TOLERANCE:
             # in loops of pairs impulses are not unique: one set of right signs is enough
             moved = -system.A.dot(jump.multipliers) - _through_branches(system, jump.unknowns)
             found = min(found, max(unexplained(system, moved, jump.after), float(np.max(-held))))
         worst = found if worse(found, worst) else worst
     return worst
+
+
+def _through_gaps(system: DescriptorSystem, jump: Jump, rounding: float) -> float:
+    """Return the largest charge that has passed a pair which blocks right after the jump.
+
+    Charges are relative to those that meet at the nodes of the pair, and its voltage to their
+    potentials and the threshold: small capacitors next to large ones count in full.
+    """
+    kinds = np.asarray(system.row_kind)
+    conducting, across = system.B.abs(), system.B.dot(jump.after)
+    moved = system.E.abs().dot(np.abs(jump.before) + np.abs(jump.after))
+    meeting = conducting.dot(moved + system.A.abs().dot(np.abs(jump.multipliers)))
+    sides = np.abs(jump.before) + np.abs(jump.after)
+    volts = np.abs(system.q) + conducting.dot(sides)
+    # an equation among n after elimination, of the largest voltage that is there or has gone
+    own = system.E.diagonal()
+    gone = _share(system.A.abs().dot(np.abs(jump.multipliers)), own)
+    largest = float(np.max((sides + gone)[kinds == 0], initial=0.0))
+    noise = 24.0 * system.n * 0.5 * float(np.finfo(float).eps) * largest
+    charges = _beyond(jump.multipliers, rounding)
+    slack = _beyond(system.q - across, noise)
+    both = np.minimum(np.abs(_share(charges, meeting)), np.abs(_share(slack, volts)))
+    # a pair with a resistance has a voltage of its own, and a switch may be open or closed
+    both[system.D.abs().dot(np.ones(system.m)) > 0.0] = 0.0
+    both[list(system.switched)] = 0.0
+    return float(np.max(both, initial=0.0))
 
 
 def _gain(system: DescriptorSystem) -> float:

@@ -9,6 +9,7 @@ import pytest
 
 import nsspice
 from nsspice.analyses.certificate.impulse_signs import impulse_error
+from nsspice.analyses.certificate.written_rows import TOLERANCE
 from nsspice.problems.descriptor import DescriptorSystem
 from nsspice.solvers.modewise import ModewiseStepper
 from nsspice.solvers.stepper import Jump
@@ -86,3 +87,17 @@ def test_both_impulses_in_one_pair() -> None:
     opened = next(iter(system.switched))
     charges[opened] = 1e-3
     assert impulse_error(system, [replace(jump, multipliers=charges)], moved) > 1e-3
+
+
+#: 1 nF behind a diode of its own, beside 1 mF
+BESIDE = CHARGES.replace("R1 c 0 1meg", "R1 c 0 1meg\nC3 e 0 1n\nD3 b e d\nC4 h 0 1m IC=100")
+
+
+def test_a_charge_that_passes_a_gap_fails_however_small_it_is() -> None:
+    """Both capacitors go on at 5/3 V; then the small one has 10 mV less: 1e-12 J of 5 J."""
+    system, jump, _ = jump_of(BESIDE)
+    assert impulse_error(system, [jump], 5.0) < 1e-8
+    small = int(np.argmin(np.where(system.E.diagonal() > 0.0, system.E.diagonal(), np.inf)))
+    after = jump.after.copy()
+    after[small] -= 0.01
+    assert impulse_error(system, [replace(jump, after=after)], 5.0) > 100.0 * TOLERANCE
