@@ -45,8 +45,9 @@ def losses(
         NS4005 for a load that does not exist.
     """
     known = [d for d in circuit.devices if d.letter != "k" and d.name in circuit.element_island]
+    names = [d.name for d in known]
     for load in loads:
-        if load not in [d.name for d in known]:
+        if load not in names:
             message = f"there is no element {load} to use as the load"
             raise UsageError(Diagnostic("NS4005", message, hint="write --load R1"))
     powers, currents = _averages(integrals, steps, known)
@@ -64,8 +65,8 @@ def losses(
     rows.sort(key=lambda row: -abs(row.power))
     start, stop = integrals.window
     within = [jump for jump in jumps if start <= jump.time <= stop]
-    lost, delivered = (math.fsum(jump.lost for jump in within),
-                       math.fsum(jump.delivered for jump in within))  # fmt: skip
+    lost = math.fsum(jump.lost for jump in within)
+    delivered = math.fsum(jump.delivered for jump in within)
     return LossTable(tuple(rows), tuple(loads), lost / (stop - start), delivered / (stop - start))
 
 

@@ -7,23 +7,20 @@ cut where its angle has advanced by one radian: the formula then errs by less th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..signals.signal_function import Floats, Indices, Motion
+from ..signals.signal_function import Floats, Motion
 from ..signals.signal_names import canonical
+from ..signals.signal_statistics import GAUSS_POINTS, GAUSS_WEIGHTS, Cells
 from .window_integrals import Complexes, WindowIntegrals
 
 if TYPE_CHECKING:
     from ..solution.solution import Solution
 
-_LEGENDRE, _WEIGHTS = np.polynomial.legendre.leggauss(12)
-#: points of Gauss as parts of a cell
-_PARTS = 0.5 + 0.5 * _LEGENDRE
-_GAUSS = 0.5 * _WEIGHTS
 #: cells at a time
 _BLOCK = 1 << 14
 
@@ -55,6 +52,10 @@ class RecordedIntegrals(WindowIntegrals):
         """Return the integrals over another window [s] of the same run."""
         return RecordedIntegrals(self.solution, window)
 
+    @property
+    def _length(self) -> float:
+        return self.window[1] - self.window[0]
+
     def coefficients(self, names: Sequence[str], orders: Sequence[int]) -> dict[str, Complexes]:
         """Return Fourier coefficients of signals."""
         keys = list(dict.fromkeys(canonical(name) for name in names))
@@ -62,10 +63,10 @@ class RecordedIntegrals(WindowIntegrals):
         wanted = 2.0 * np.pi * self.frequency * np.array(orders, dtype=np.float64)
         found = np.zeros((len(keys), wanted.size), complex)
         fastest = float(np.abs(wanted).max(initial=0.0))
-        for cells in _Cells.of(motion, self.window, fastest).blocks(max(wanted.size, 1)):
-            signals, length = cells.values(motion), self.window[1] - self.window[0]
-            angle = (cells.instants(motion) - self.window[0])[..., np.newaxis] * wanted
-            turned = np.exp(-1j * angle) * (cells.weights(motion) / length)[..., np.newaxis]
+        cells, length = _cut(Cells.of(motion.pieces, *self.window), motion, fastest), self._length
+        for signals, weights in _points(motion, cells, max(wanted.size, 1)):
+            angle = (signals[motion.axis] - self.window[0])[..., np.newaxis] * wanted
+            turned = np.exp(-1j * angle) * (weights / length)[..., np.newaxis]
             for k, key in enumerate(keys):
                 found[k] += np.einsum("kp,kpo->o", signals[key], turned)
         return dict(zip(keys, found, strict=True))
@@ -88,60 +89,31 @@ class RecordedIntegrals(WindowIntegrals):
         names = list(dict.fromkeys(name for pair in pairs for name in pair if name))
         motion = self.solution.motion(names, *self.window)
         found = np.zeros(len(pairs))
-        for cells in _Cells.of(motion, self.window, 0.0).blocks(1):
-            signals, weights = cells.values(motion), cells.weights(motion)
+        for signals, weights in _points(motion, Cells.of(motion.pieces, *self.window), 1):
             for k, (one, two) in enumerate(pairs):
                 values = signals[one] if two is None else signals[one] * signals[two]
                 found[k] += float(np.vdot(weights, values))
-        return [float(v) for v in found / (self.window[1] - self.window[0])]
+        return [float(v) for v in found / self._length]
 
 
-@dataclass(frozen=True, slots=True)
-class _Cells:
-    """Parts of pieces, from ``low`` to ``high`` of the pieces ``index``: each shape (k,)."""
+def _cut(cells: Cells, motion: Motion, fastest: float) -> Cells:
+    """Return the cells in parts of at most a radian at ``fastest`` [1/s]."""
+    span = cells.high - cells.low
+    count = np.ceil(span * motion.pieces.length[cells.index] * fastest).astype(np.intp)
+    count = np.maximum(count, 1)
+    cell = np.repeat(np.arange(cells.index.size), count)
+    place = np.arange(cell.size) - np.repeat(np.cumsum(count) - count, count)
+    low, width = cells.low[cell], (span / count)[cell]
+    return Cells(cells.index[cell], low + width * place, low + width * (place + 1))
 
-    index: Indices
-    low: Floats
-    high: Floats
 
-    @classmethod
-    def of(cls, motion: Motion, window: tuple[float, float], fastest: float) -> _Cells:
-        """Return what lies in a window, in cells of at most a radian at ``fastest`` [1/s]."""
-        pieces = motion.pieces
-        index = np.flatnonzero((pieces.length > 0.0) & (pieces.end > window[0])
-                               & (pieces.begin < window[1]))  # fmt: skip
-        begin, length = pieces.begin[index], pieces.length[index]
-        low = np.clip((window[0] - begin) / length, 0.0, 1.0)
-        high = np.clip((window[1] - begin) / length, 0.0, 1.0)
-        count = np.ceil((high - low) * length * fastest).astype(np.intp)
-        count = np.maximum(count, 1)
-        cell = np.repeat(np.arange(index.size), count)
-        place = np.arange(cell.size) - np.repeat(np.cumsum(count) - count, count)
-        width = ((high - low) / count)[cell]
-        return cls(index[cell], low[cell] + width * place, low[cell] + width * (place + 1))
+def _points(motion: Motion, cells: Cells, wide: int) -> Iterator[tuple[dict[str, Floats], Floats]]:
+    """Yield signals at the points of Gauss and their weights [s], (k, 12), a block at a time.
 
-    def blocks(self, wide: int) -> Sequence[_Cells]:
-        """Return the cells in blocks, fewer the more numbers each point has."""
-        size = max(_BLOCK // wide, 1)
-        return [
-            _Cells(self.index[part], self.low[part], self.high[part])
-            for part in (slice(k, k + size) for k in range(0, self.index.size, size))
-        ]
-
-    def parts(self) -> Floats:
-        """Return the points of Gauss as parts of the pieces, shape (k, 12)."""
-        return np.asarray(self.low[:, None] + (self.high - self.low)[:, None] * _PARTS)
-
-    def values(self, motion: Motion) -> dict[str, Floats]:
-        """Return the signals at the points of Gauss, shape (k, 12) each."""
-        return motion.signals(self.index, self.parts())
-
-    def instants(self, motion: Motion) -> Floats:
-        """Return the points of Gauss [s], shape (k, 12)."""
-        begin, length = (v[self.index, None] for v in (motion.pieces.begin, motion.pieces.length))
-        return np.asarray(begin + self.parts() * length)
-
-    def weights(self, motion: Motion) -> Floats:
-        """Return the weights of the points [s], shape (k, 12)."""
-        width = (self.high - self.low) * motion.pieces.length[self.index]
-        return np.asarray(width[:, None] * _GAUSS)
+    A block has fewer cells the more numbers each point is to have.
+    """
+    size = max(_BLOCK // wide, 1)
+    for first in range(0, cells.index.size, size):
+        part = cells.chosen(np.arange(first, min(first + size, cells.index.size)))
+        width = (part.high - part.low) * motion.pieces.length[part.index]
+        yield motion.signals(part.index, part.at(GAUSS_POINTS)), width[:, None] * GAUSS_WEIGHTS

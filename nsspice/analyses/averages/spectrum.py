@@ -177,6 +177,12 @@ def exact_statistic(solution: Solution, card: Measure) -> float | None:
         return None
 
 
+def _window_of(card: Measure, integrals: WindowIntegrals) -> tuple[float, float]:
+    """Return between which instants a measure looks [s]; what it does not say, those of the run."""
+    low, high = integrals.window
+    return (low if card.start is None else card.start, high if card.stop is None else card.stop)
+
+
 def hot_measure(solution: Solution, card: Measure) -> float:
     """Return a statistic of the power of switchings or of a junction's temperature.
 
@@ -194,8 +200,7 @@ def hot_measure(solution: Solution, card: Measure) -> float:
     integrals, window = solution.integrals, None
     if card.start is not None or card.stop is not None:
         low, high = integrals.window
-        start = low if card.start is None else card.start
-        window = (start, high if card.stop is None else card.stop)
+        window = _window_of(card, integrals)
         if not low <= window[0] < window[1] <= high * (1.0 + _SAME):
             raise ValueError("FROM and TO are not within the run")
     try:
@@ -224,8 +229,7 @@ def spectral_measure(solution: Solution, card: Measure) -> float:
 
     def value(integrals: WindowIntegrals) -> float:
         if card.start is not None or card.stop is not None:
-            low, high = integrals.window
-            integrals = integrals.over((card.start or low, card.stop or high))
+            integrals = integrals.over(_window_of(card, integrals))
         if operation == "thd":
             return integrals.distortion(name)
         order = int(operation.removeprefix("harm"))

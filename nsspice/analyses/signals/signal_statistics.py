@@ -14,17 +14,18 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from .signal_function import Trace, basis, places, slopes
+from .signal_function import Pieces, Trace, basis, places, slopes
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Edge = Literal["rise", "fall", "cross"]
 
 _EPS = float(np.finfo(np.float64).eps)
-_LEGENDRE, _GAUSS = np.polynomial.legendre.leggauss(12)
-_GAUSS = 0.5 * _GAUSS
+_LEGENDRE, _WEIGHTS = np.polynomial.legendre.leggauss(12)
+#: the points of Gauss as parts of a cell, and their weights
+GAUSS_POINTS, GAUSS_WEIGHTS = 0.5 + 0.5 * _LEGENDRE, 0.5 * _WEIGHTS
 #: the points of Gauss in a cell, and its ends
-_NODES = np.concatenate([0.5 + 0.5 * _LEGENDRE, [0.0, 1.0]])
+_NODES = np.concatenate([GAUSS_POINTS, [0.0, 1.0]])
 #: what the values at the points of Gauss say about the ends
 _TO_ENDS = np.polynomial.legendre.legvander(np.array([-1.0, 1.0]), 11) @ np.linalg.inv(
     np.polynomial.legendre.legvander(_LEGENDRE, 11)
@@ -59,9 +60,8 @@ class Cells:
     high: Floats
 
     @classmethod
-    def of(cls, trace: Trace, start: float, stop: float) -> Cells:
+    def of(cls, pieces: Pieces, start: float, stop: float) -> Cells:
         """Return the cells that make up a window."""
-        pieces = trace.motion.pieces
         end = pieces.end
         inside = (end > start) & (pieces.begin < stop)
         index = np.flatnonzero(inside)
@@ -115,7 +115,7 @@ class Cells:
 @np.errstate(all="ignore")  # a result that is not a number is reported as such
 def integral(trace: Trace, start: float, stop: float, *, square: bool = False) -> float:
     """Return the integral of an expression, or of its square, over a window."""
-    cells = Cells.of(trace, start, stop)
+    cells = Cells.of(trace.motion.pieces, start, stop)
     parts: list[Floats] = []
     todo, sizes, _ = _quadrature(trace, cells, square)
     size = float(sizes.sum())
@@ -145,8 +145,8 @@ def _quadrature(trace: Trace, cells: Cells, square: bool) -> tuple[Floats, Float
         values = values * values if square else values
         width = (part.high - part.low) * trace.motion.pieces.length[part.index]
         values, ends = values[:, :-2], values[:, -2:]
-        found[block] = values @ _GAUSS * width
-        sizes[block] = np.abs(values) @ _GAUSS * width
+        found[block] = values @ GAUSS_WEIGHTS * width
+        sizes[block] = np.abs(values) @ GAUSS_WEIGHTS * width
         off[block] = np.abs(values @ _TO_ENDS.T - ends).max(axis=1) * width
     return found, sizes, off
 
@@ -213,7 +213,7 @@ def extremes(
     """Return the largest value in a window (of a sign -1 the smallest), and where it is first."""
     if not stop > start:
         return [(value(trace, start), start)] * len(signs)
-    cells = Cells.of(trace, start, stop)
+    cells = Cells.of(trace.motion.pieces, start, stop)
     many, k = np.array(signs), cells.index.size
     tops, swings = np.empty((2, many.size, k))
     where = np.empty((many.size, k), dtype=np.intp)
@@ -311,7 +311,7 @@ def crossings(trace: Trace, level: float, edge: Edge, start: float, stop: float)
 
     A rise goes from below to at or above the level, a fall from above to at or below it.
     """
-    cells = Cells.of(trace, start, stop)
+    cells = Cells.of(trace.motion.pieces, start, stop)
     found: list[Floats] = []
     before = np.nan
     largest = 0.0
