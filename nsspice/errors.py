@@ -9,9 +9,11 @@ problems.  All are listed in ``docs/reference/errors.md``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice
 from typing import Any
+
+from .dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
+from ..dataclass import dataclass
 from ..devices.device import Device
 from ..errors import Diagnostic, RegularityError
 from ..problems.verdict import Verdict

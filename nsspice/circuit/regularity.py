@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from ..dataclass import dataclass
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
 from ..problems.feedback import undecided_switches

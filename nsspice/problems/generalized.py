@@ -5,10 +5,11 @@ F is a product of maximal monotone graphs of one component each, written as comp
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from ..dataclass import dataclass
 from .csc import Csc
 from .descriptor import DescriptorSystem, SmoothTerms
 from .tape import Tape

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from ..dataclass import dataclass
 from .csc import Floats
 from .domain import gap
 from .tape import OPS, WITH_CONSTANTS, Tape

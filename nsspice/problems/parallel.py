@@ -9,10 +9,11 @@ switch with a diode across it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from ..dataclass import dataclass
 from .descriptor import DescriptorSystem
 
 _DIGITS = 12  # of directions that count as one

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
+from ..dataclass import dataclass
 from .csc import Floats
 from .descriptor import DescriptorSystem
 from .matrices import is_p_matrix

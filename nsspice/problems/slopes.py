@@ -11,10 +11,11 @@ form they are found by :mod:`nsspice.problems.univariate`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from ..dataclass import dataclass
 from .csc import Floats
 from .tape import CODES, OPS, Tape
 from .univariate import INF, Law

@@ -8,12 +8,13 @@ enclosed (R. E. Moore, *Interval Analysis*, 1966).  A law that jumps has slopes 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from ..dataclass import dataclass
 from .csc import Floats
 from .tape import OPS, Tape
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 from ..circuit.line_settings import with_junctions
+from ..dataclass import dataclass
 from ..errors import Span
 from ..netlist.deck import Deck, Element, Model, Param
 

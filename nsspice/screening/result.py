@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal
 
+from ..dataclass import dataclass
 from ..netlist.deck import Deck
 from .edits import SET_VALUED, Edit
 

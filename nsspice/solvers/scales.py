@@ -7,10 +7,11 @@ algorithm to equilibrate both rows and columns norms in matrices*, RAL-TR-2001-0
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ..dataclass import dataclass
 from ..problems.csc import Csc, Floats
 from .certificate import entries_of
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ...dataclass import dataclass
 from ...problems.descriptor import Functional
 from ...problems.taylor import Models, Unbounded
 from .flow import Piece

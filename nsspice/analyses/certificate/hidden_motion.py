@@ -8,11 +8,12 @@ it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
 
+from ...dataclass import dataclass
 from ...errors import Diagnostic
 from ...problems.descriptor import Functional
 from ...solvers.intervals import Recording

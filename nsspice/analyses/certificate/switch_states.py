@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from ...dataclass import dataclass
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem, Switch
 from ...problems.held_switches import held

@@ -16,12 +16,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import Circuit
+from ...dataclass import dataclass
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.delayed import Delayed
 from ...devices.sources.isource import CurrentSource

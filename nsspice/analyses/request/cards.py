@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import DcCard, OpCard, Sweep, TranCard
 from ..signals.curve import Floats

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
+from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck
 from .notebook_progress import Progress

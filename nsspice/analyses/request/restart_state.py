@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...circuit import MnaSystem
+from ...dataclass import dataclass
 from ...problems.csc import Csc
 from ...problems.descriptor import Waveform
 from ...solvers.polynomial import Polynomial

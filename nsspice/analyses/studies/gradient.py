@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import Circuit
+from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError, suggest
 from ...lazy import need_library
 from ...netlist.deck import Analysis, LoopCard, Sweep

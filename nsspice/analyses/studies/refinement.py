@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import Circuit
+from ...dataclass import dataclass
 from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import var

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
 from ...circuit.dependencies import Skipped, needed
+from ...dataclass import dataclass
 from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.deck import Deck, TranCard
 from ..certificate.certificate import Certificate

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ...dataclass import dataclass
 from ...devices.stamper import Conditions
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Model

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 
 #: ways to run ngspice, in the order in which they are tried

@@ -9,7 +9,8 @@ branches: one conductance and, for each vertex, one complementarity pair.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from ...dataclass import dataclass
 
 Point = tuple[float, float]
 

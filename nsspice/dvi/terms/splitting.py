@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ...dataclass import dataclass
 from ...devices.behaviour import linear_form
 from ...netlist.expressions.node import Node, add, mul, num
 

@@ -21,8 +21,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from ...dataclass import dataclass
 from ..deck import Element, Grid, Param, Source
 from ..expressions.expression import Expression
 from ..expressions.node import call, num, var
