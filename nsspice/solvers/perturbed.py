@@ -20,7 +20,7 @@ from ..problems.csc import Floats
 from ..problems.descriptor import Functional
 from .orbit import Complexes
 from .step_maps import Maps, Stimuli, step_maps
-from .tangent import Tangent
+from .tangent import Guard, Tangent
 
 #: steps whose matrices are made together
 _CHUNK = 128
@@ -87,7 +87,7 @@ class Perturbed:
         jumping = np.flatnonzero(tangent.jumps)
         self._jumps = dict(zip(jumping.tolist(), self._projections(jumping), strict=True))
         self._known: dict[int, tuple[Maps, Floats, list[Floats]]] = {}
-        self._guards: dict[int, Floats | None] = {}
+        self._guards: dict[int, Guard | None] = {}
 
     def responses(self, s: Complexes, multiples: Floats | None = None) -> Complexes:
         """Return Fourier components of the outputs, shape (w, b, outputs, stimuli).
@@ -121,7 +121,7 @@ class Perturbed:
             total += self.weight[k, i] * self.outputs.values(k, i)[0]
         return total / self.tangent.period
 
-    def guard(self, k: int) -> Floats | None:
+    def guard(self, k: int) -> Guard | None:
         """See :meth:`~nsspice.solvers.tangent.Tangent.guard`."""
         if k not in self._guards:
             self._guards[k] = self.tangent.guard(k)
@@ -151,7 +151,7 @@ class Perturbed:
         if not steps.size:
             return np.zeros((0, stored.size, stored.size))
         slopes, a, inverse = self.tangent.at_begin(steps)
-        whole = slopes.C @ inverse[:, :n] / a[:, np.newaxis, np.newaxis]
+        whole = slopes.C @ inverse[:, :n, :n] / a[:, np.newaxis, np.newaxis]
         found: Floats = whole[:, stored[:, np.newaxis], stored]
         return found
 
@@ -224,7 +224,7 @@ class _Course:
                     if guard is not None:
                         x = ends[j, :, :own] @ states[j]
                         x[:, r:] += ends[j, :, own:] @ values[j]
-                        shift = guard @ x
+                        shift = guard.instant @ x
                         state[:r] += np.outer(tangent.r[k, -1, tangent.stored], shift)
                         self._move(k, -1, 1.0, 0.0, shift)
             self._integrate(steps, forms, states, values)

@@ -146,7 +146,8 @@ class _Group:
         record, tangent, stored = self.tangent.record, self.tangent, self.tangent.stored
         slopes = tangent.slopes(record.z[self.steps, i], record.u[self.steps, i], self.time[:, i])
         a = self.inner[:, i, i]
-        inverse = tangent.inverse(slopes, tangent.modes[self.steps, i], a)
+        n = tangent.system.n
+        inverse = tangent.inverse(slopes, tangent.modes[self.steps, i], a)[:, :, :n]
         base = self._base(i, i)
         rhs, f, kept = self._forces(i, slopes, 1.0 - self.parts[:, i])
         base += kept[:, stored]
@@ -154,7 +155,6 @@ class _Group:
         each = a[:, np.newaxis, np.newaxis]
         rhs[:, stored] += (base - held) / each
         x = inverse @ rhs
-        n = tangent.system.n
         self.rates.append((slopes.C[:, stored] @ x[:, :n] + held - base) / each)
         self._keep(i, x, f + slopes.by_unknown @ x[:, :n])
 
@@ -168,7 +168,7 @@ class _Group:
         base += kept[:, stored] - (tangent.Q @ f)[:, stored]
         flows = rhs.copy()
         rhs[:, stored] += base / a[:, np.newaxis, np.newaxis]
-        x = inverse @ rhs
+        x = inverse[:, :, :n] @ rhs
         rate = flows - slopes.G @ x[:, :n] - tangent.A @ x[:, n:]
         self.rates.append(rate[:, stored])
         self._keep(0, x, f + slopes.by_unknown @ x[:, :n])

@@ -59,6 +59,33 @@ class Slopes:
     by_time: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """A quantity whose zero ends a mode.
+
+    Parameters
+    ----------
+    row : ndarray, shape (n + m,)
+        Its derivatives by unknowns and multipliers.
+    rate : float
+        [1/s]
+    kind : str
+        ``on`` and ``off`` for the thresholds of a switch, ``multiplier``, ``slack``.
+    place : int
+        Number of the switch, or of the pair.
+    """
+
+    row: Floats
+    rate: float
+    kind: str
+    place: int
+
+    @property
+    def instant(self) -> Floats:
+        """How its instant depends on unknowns and multipliers [s], shape (n + m,)."""
+        return np.asarray(-self.row / self.rate)
+
+
 class Tangent:
     """What differentiates one recorded period.
 
@@ -117,10 +144,7 @@ class Tangent:
         found = record.u @ self.system.S.dense().T - record.z @ self.flow.T
         found -= record.lam @ self.A.T
         if smooth is not None:
-            k, s = record.time.shape
-            z, u = (v.reshape(k * s, -1) for v in (record.z, record.u))
-            values = function_values(smooth.tape, z, u, record.time.ravel())
-            found -= (values @ self.F.T).reshape(k, s, -1)
+            found -= self.all_functions() @ self.F.T
         only = np.zeros_like(found)
         only[..., self.stored] = found[..., self.stored]
         return only
@@ -140,6 +164,15 @@ class Tangent:
         if self.system.smooth is not None and self.Q.size:
             found = found + function_values(self.system.smooth.tape, z, u, t) @ self.Q.T
         return found
+
+    def all_functions(self) -> Floats:
+        """Return the smooth functions at all places, shape (k, s, p)."""
+        record, smooth = self.record, self.system.smooth
+        k, s = record.time.shape
+        if smooth is None:
+            return np.zeros((k, s, 0))
+        z, u = (v.reshape(k * s, -1) for v in (record.z, record.u))
+        return function_values(smooth.tape, z, u, record.time.ravel()).reshape(k, s, -1)
 
     def functions(self, k: int, place: int) -> Floats:
         """Return the smooth functions at a place of a step, shape (p,)."""
@@ -167,7 +200,10 @@ class Tangent:
         )
 
     def inverse(self, slopes: Slopes, active: Bools, a: Floats) -> Floats:
-        """Return what implicit steps of lengths a (k,) make of right sides, shape (k, n + m, n)."""
+        """Return what implicit steps of lengths a (k,) make of right sides, (k, n + m, n + m).
+
+        Those of the equations, then what the slacks of conducting pairs are short of.
+        """
         k, n = slopes.C.shape[:2]
         m = active.shape[1]
         on = active[:, :, np.newaxis]
@@ -192,7 +228,7 @@ class Tangent:
         for j in bad:
             found[j] = np.linalg.pinv(matrix[j], rcond=1.0 / _SINGULAR)
         found /= np.swapaxes(columns, 1, 2) * np.swapaxes(rows, 1, 2)
-        result: Floats = found[:, :, :n]
+        result: Floats = found
         return result
 
     def at_begin(self, steps: npt.NDArray[np.intp]) -> tuple[Slopes, Floats, Floats]:
@@ -219,10 +255,21 @@ class Tangent:
         rates: Floats = (D @ r.u[k][first])[back.ravel()] / length
         return rates
 
-    def guard(self, k: int) -> Floats | None:
-        """Return how the instant at which step k ends depends on the unknowns and multipliers.
+    def motion(self, k: int) -> Floats:
+        """Return the rates of unknowns and multipliers at the end of step k, shape (n + m,)."""
+        r, n = self.record, self.system.n
+        slopes = self.slopes(r.z[k, -1:], r.u[k, -1:], r.end[k : k + 1])
+        a = INSTANT * self.length[k : k + 1]
+        rates = self.source_rates(k)[-1]
+        timed = slopes.by_time[0] + slopes.by_source[0] @ rates
+        rhs = self.system.S.dot(rates) - self.F @ timed + (self.r[k, -1] - self.Q @ timed) / a
+        found: Floats = self.inverse(slopes, self.modes[k, -1:], a)[0, :, :n] @ rhs
+        return found
 
-        Shape (n + m,); None if that is an instant of the sources.
+    def guard(self, k: int) -> Guard | None:
+        """Return the guard that reaches zero at the end of step k; None if none does.
+
+        Then that is an instant of the sources.
 
         Raises
         ------
@@ -231,32 +278,29 @@ class Tangent:
         """
         system, r, n = self.system, self.record, self.system.n
         before, after = self.modes[k, -1], self.modes[k + 1, 1]
-        slopes = self.slopes(r.z[k, -1:], r.u[k, -1:], r.end[k : k + 1])
-        a = INSTANT * self.length[k : k + 1]
-        rates = self.source_rates(k)[-1]
-        timed = slopes.by_time[0] + slopes.by_source[0] @ rates
-        rhs = system.S.dot(rates) - self.F @ timed + (self.r[k, -1] - self.Q @ timed) / a
-        motion = self.inverse(slopes, before[np.newaxis], a)[0] @ rhs
+        motion = self.motion(k)
         z, lam = r.z[k, -1], r.lam[k, -1]
         slack = system.q - self.B @ z + self.D @ lam
-        switches = {switch.pair: switch for switch in system.switches}
-        found: list[tuple[float, Floats]] = []
+        switches = {switch.pair: (i, switch) for i, switch in enumerate(system.switches)}
+        found: list[tuple[float, Guard]] = []
         changed = np.flatnonzero(before != after)
         for j in map(int, changed):
             row = np.zeros(n + system.m)
-            switch = switches.get(j)
+            place, switch = switches.get(j, (j, None))
             if switch is not None and not (switch.latching and before[j]):
                 for i, factor in switch.control:
                     row[i] += factor
                 closes = bool(after[j]) != switch.inverted
                 value = row[:n] @ z - (switch.on_above if closes else switch.off_below)
+                kind = "on" if closes else "off"
             elif before[j]:
-                row[n + j], value = 1.0, lam[j]
+                row[n + j], value, kind, place = 1.0, lam[j], "multiplier", j
             else:
                 row[:n], row[n:], value = -self.B[j], self.D[j], slack[j]
+                kind, place = "slack", j
             rate = float(row @ motion)
             if abs(value) <= AT_ZERO * self.period * abs(rate):
-                found.append((abs(value / rate), -row / rate))
+                found.append((abs(value / rate), Guard(row, rate, kind, place)))
         if not found:
             return None
         found.sort(key=lambda pair: pair[0])

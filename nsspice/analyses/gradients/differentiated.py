@@ -1,7 +1,8 @@
 """Derivatives of measures by any number of parameters: one run, and one pass backwards for each.
 
-The run is that of the exact engine, recorded segment by segment; the pass is in the core
-(:meth:`nsspice._core.Orbit.gradient`).  It costs the same for one parameter or a hundred.
+The run is that of the exact engine, recorded segment by segment, and the pass is in the core
+(:meth:`nsspice._core.Orbit.gradient`); or it is one by steps (:mod:`.stepped`).  It costs the same
+for one parameter or a hundred.
 """
 
 from __future__ import annotations
@@ -14,26 +15,32 @@ import numpy as np
 from ...circuit import Circuit, MnaSystem
 from ...errors import NsspiceError
 from ...netlist.deck import TranCard
-from ...solvers.modewise import NotModewise
+from ...problems.tape import Tape
+from ...solvers.modewise import NotModewise, refusal
 from ...solvers.orbit import NoDerivative, PeriodMap, State
+from ...solvers.stepper import UnsolvedStep
 from ..averages.integrable_run import integrals_of
 from ..averages.integrals import Integrals
 from ..request.cards import Tran
+from ..request.method import choose, choose_static
 from ..request.periodic_sources import continued
 from ..request.request import Request
 from ..request.restart_state import with_waveforms
 from ..signals.curve import Floats
 from ..solution.solution import Solution
 from ..transient.blocks import split
+from ..transient.transient import Rerun
 from .beginning import Beginning
 from .drivers import Driven, driven
 from .functional import Functional, Linearised
 from .goals import goal_of
 from .instants import moved_instants
 from .refusals import at_a_tie, no_derivative, unbounded, undone
-from .sources import NotDifferentiable, period_by
+from .sources import NotDifferentiable, edges, period_by
+from .stepped import Course, SteppedRun
+from .stepped_goals import Aims
 from .traced import Traced, traced
-from .variation import Decks, Parameter, apart, of_cards, of_island
+from .variation import Decks, Parameter, apart, of_cards, of_island, with_value
 
 #: relative difference of derivatives that are not those of one extreme
 _TIE = 1e-6
@@ -49,17 +56,24 @@ class Differentiated:
     circuit : Circuit
     solution : Solution
         Of a transient or a periodic steady state of it, with its measures.
-    integrals : Integrals
-        Of the same run.
+    integrals : Integrals or None
+        Of the same run; None if steps have found it.
     analysis : Tran or None
         None of a periodic steady state.
+    request : Request
+        With its conditions.
     """
 
     def __init__(
-        self, circuit: Circuit, solution: Solution, integrals: Integrals, analysis: Tran | None
+        self,
+        circuit: Circuit,
+        solution: Solution,
+        integrals: Integrals | None,
+        analysis: Tran | None,
+        request: Request,
     ) -> None:
         self._circuit, self._solution, self._integrals = circuit, solution, integrals
-        self._analysis = analysis
+        self._analysis, self._request = analysis, request
         self._linear = Linearised(circuit, solution)
         self._traced: Traced | None = None
 
@@ -149,8 +163,8 @@ class Differentiated:
         decks: Decks,
         cards: Sequence[dict[Any, float]],
     ) -> Floats:
-        if home in self._integrals.driven:
-            raise undone("an island that another one drives is run by steps", f"island {home + 1}")
+        if self._integrals is None or self._by_steps(home):
+            return self._stepped(home, local, functionals, parameters, decks, cards)
         course = self._integrals.course(home)
         periodic = self._analysis is None
         if course.stop is None:
@@ -191,6 +205,81 @@ class Differentiated:
             raise undone(str(why), "a source") from None
         return np.array(rows)
 
+    def _by_steps(self, home: int) -> bool:
+        """Return whether an island is run by steps with error control."""
+        assert self._integrals is not None
+        if self._analysis is None:
+            return False
+        if self._integrals.driven:
+            return True  # blocks of one island, which is run as a whole
+        island = self._circuit.islands[home]
+        system = self._assembled(home, self._analysis).system
+        settings = self._request.settings(self._circuit.deck)
+        if system.static:
+            name = choose_static(system, settings).name
+        else:
+            name = choose(island.problem_class, system, settings).name
+        if name == "moreau":
+            raise undone("steps of fixed length are not differentiated", f"island {home + 1}")
+        return name != "modewise" or refusal(system) is not None
+
+    def _assembled(self, home: int, analysis: Tran) -> MnaSystem:
+        return self._circuit.islands[home].assemble(
+            self._request.temperature,
+            self._request.values,
+            tstep=analysis.row_distance,
+            tstop=analysis.stop,
+        )
+
+    def _stepped(
+        self,
+        home: int,
+        local: Mapping[str, Sequence[tuple[str, float]]],
+        functionals: Sequence[Functional],
+        parameters: Sequence[Parameter],
+        decks: Decks,
+        cards: Sequence[dict[Any, float]],
+    ) -> Floats:
+        """Return the same of an island that is run by steps."""
+        again = self._solution.again
+        if not isinstance(again, Rerun):
+            raise undone("it cannot be run once more", "the run")
+        periodic = self._analysis is None
+        beginning = again.beginnings[home] if again.beginnings else None
+        course = Course(again.analysis, again.settings, beginning, periodic)
+        changed = _continued if periodic else _as_it_is
+        mna = self._assembled(home, course.analysis)
+        mna = changed(apart(self._circuit, home, mna, mna.layout.conditions))
+        names = list(dict.fromkeys(part for terms in local.values() for part, _ in terms))
+        changes = self._changes(decks, parameters, home, mna, names)
+        stop = course.analysis.stop
+        instants = np.array([event.time for event in self._solution.events])
+        sides = np.array([t for w in mna.system.waveforms for e in edges(w, stop) for t in e.times])
+        near = np.concatenate([instants, sides])
+
+        def tape_at(parameter: Parameter, value: float) -> Tape:
+            smooth = with_value(decks, parameter, value, home, mna, changed)[1].system.smooth
+            assert smooth is not None
+            return smooth.tape
+
+        try:
+            aims = Aims([goal_of(f, local, names, near, stop) for f in functionals], stop)
+            acting = driven(mna, names, changes, stop)
+            periods = np.zeros(len(parameters))
+            if periodic:
+                periods += [period_by(mna.system.waveforms, change, stop) for change in changes]
+            for numbers, slope in zip(cards, periods.tolist(), strict=True):
+                if slope:
+                    numbers["stop",] = slope
+            run = SteppedRun(self._circuit, mna, course, acting, names, aims.marks())
+            return run.derivatives(aims, changes, periods, parameters, tape_at)
+        except NotDifferentiable as why:
+            raise undone(str(why), "a source") from None
+        except NoDerivative as problem:
+            raise no_derivative(problem, mna) from problem
+        except UnsolvedStep as problem:
+            raise undone(f"repeated with shorter steps, {problem}", "the run") from problem
+
     def _run(self, state: State, mna: MnaSystem, acting: Driven, stop: float) -> PeriodMap:
         try:
             period_map = PeriodMap(
@@ -229,19 +318,21 @@ def differentiated(
     Raises
     ------
     UsageError
-        NS4041 if it was found by steps.
+        NS4041 if it was found by steps of fixed length.
     """
     request = Request(values=values)
     if not isinstance(card, TranCard):
-        if solution.integrals is None:
-            raise undone("the steady state was found by steps, without a closed form", ".pss")
-        return Differentiated(circuit, solution, solution.integrals, None)
+        if solution.periodic is not None and solution.periodic.free:
+            raise undone("circuits with a free period are not differentiated", "trigger=")
+        return Differentiated(circuit, solution, solution.integrals, None, request)
     if card.orbit:
         raise undone("a transient that begins in the steady state is not differentiated", ".tran")
     settings = request.settings(circuit.deck)
-    if settings.method not in ("auto", "modewise"):
+    if settings.method not in ("auto", "modewise", "sdirk"):
         raise undone(f"steps of {settings.method} are not differentiated", ".tran")
     analysis = Tran.from_card(card)
-    blocks = split(circuit, settings, analysis, request)
-    integrals = solution.integrals or integrals_of(blocks, analysis, request)
-    return Differentiated(circuit, solution, integrals, analysis)
+    integrals = None
+    if settings.method != "sdirk":
+        blocks = split(circuit, settings, analysis, request)
+        integrals = solution.integrals or integrals_of(blocks, analysis, request)
+    return Differentiated(circuit, solution, integrals, analysis, request)

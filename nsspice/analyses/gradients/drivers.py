@@ -21,8 +21,7 @@ from ...problems.descriptor import DescriptorSystem, Functional, Waveform
 from ..steady.stimuli import NOTHING
 from .sources import slope_by
 
-#: parts of a functional that the exact engine knows
-_PARTS = ("z", "lam", "dz", "u")
+_PARTS = ("z", "lam", "dz", "u", "f", "df")
 
 
 @dataclass(slots=True)
@@ -55,6 +54,8 @@ class Driven:
         Numbers of the sources that stand for rows.
     offsets : list of (int, int, float)
         Those in slacks and controls: row, source, factor.
+    rows : list of (str, int)
+        What each stimulus enters: ``row``, ``slack``, ``on``, ``off`` or ``out``, and its number.
     drivers : list of (int, int or None, int or None, float)
         Stimulus, output that it carries, charge or flux behind the rates in that, constant.
     owners : list of int
@@ -65,6 +66,7 @@ class Driven:
     outputs: list[Functional]
     stimuli: list[int]
     offsets: list[tuple[int, int, float]]
+    rows: list[tuple[str, int]]
     drivers: list[tuple[int, int | None, int | None, float]]
     owners: list[int]
 
@@ -136,6 +138,7 @@ def driven(
             for (kind, index), k in stimulus.items()
             if kind in place
         ],
+        rows,
         drivers,
         owners,
     )
@@ -166,6 +169,10 @@ def _carried(
                 at("row", row).add("z", j, -d)
             case ("A", row, pair):
                 at("row", row).add("lam", pair, -d)
+            case ("F", row, function):
+                at("row", row).add("f", function, -d)
+            case ("Q", row, function):
+                at("row", row).add("df", function, -d)
             case ("S", row, source):
                 at("row", row).add("u", source, d)
             case ("B", pair, j):

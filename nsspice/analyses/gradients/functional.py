@@ -19,6 +19,7 @@ from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Cond, Measure
 from ...netlist.expressions.expression import Expression
+from ..averages.recorded_integrals import RecordedIntegrals
 from ..signals import signal_statistics as statistics
 from ..signals.signal_names import canonical
 from ..solution.solution import Solution
@@ -336,9 +337,9 @@ class Linearised:
     def _spectral(
         self, card: Measure, expression: Expression, low: _Instant, high: _Instant
     ) -> Functional:
-        integrals = self._solution.integrals
+        integrals = self._solution.integrals or RecordedIntegrals.of(self._solution)
         if integrals is None:
-            raise _none(card, "the run has no closed form")
+            raise _none(card, "it cannot be integrated")
         window, name = (low.time, high.time), canonical(expression.text)
         over = integrals.over(window)
         order = 1 if card.operation == "thd" else int(card.operation[4:])

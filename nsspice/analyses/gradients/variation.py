@@ -162,18 +162,9 @@ def of_island(
     UsageError
         NS4042 if another value makes other equations.
     """
-    target = parameter.target
 
     def numbers(value: float) -> Numbers:
-        conditions = mna.layout.conditions
-        circuit = decks.at(parameter, value)
-        if target.kind == "element":
-            conditions = replace(conditions, values={**conditions.values, target.name: value})
-        elif target.kind == "temp":
-            conditions = replace(conditions, temperature=value)
-        other = changed(apart(circuit, home, mna, conditions))
-        if _structure(other) != _structure(mna):
-            raise other_equations(parameter)
+        circuit, other = with_value(decks, parameter, value, home, mna, changed)
         return _numbers(circuit, other, names)
 
     try:
@@ -184,9 +175,37 @@ def of_island(
         raise other_equations(parameter) from problem
 
 
+def with_value(
+    decks: Decks,
+    parameter: Parameter,
+    value: float,
+    home: int,
+    mna: MnaSystem,
+    changed: Callable[[MnaSystem], MnaSystem],
+) -> tuple[Circuit, MnaSystem]:
+    """Return circuit and island with another value of a parameter; arguments as `of_island`.
+
+    Raises
+    ------
+    UsageError
+        NS4042 if it makes other equations.
+    """
+    target, conditions = parameter.target, mna.layout.conditions
+    circuit = decks.at(parameter, value)
+    if target.kind == "element":
+        conditions = replace(conditions, values={**conditions.values, target.name: value})
+    elif target.kind == "temp":
+        conditions = replace(conditions, temperature=value)
+    other = changed(apart(circuit, home, mna, conditions))
+    if _structure(other) != _structure(mna):
+        raise other_equations(parameter)
+    return circuit, other
+
+
 def _structure(mna: MnaSystem) -> tuple[Any, ...]:
     kinds = [(wave.kind, len(wave.values)) for wave in mna.system.waveforms]
-    return mna.unknowns, mna.pairs, kinds
+    smooth = mna.system.smooth
+    return mna.unknowns, mna.pairs, kinds, 0 if smooth is None else smooth.tape.outputs.size
 
 
 def other_equations(parameter: Parameter) -> UsageError:
@@ -206,8 +225,10 @@ def _numbers(circuit: Circuit, mna: MnaSystem, names: Sequence[str]) -> Numbers:
     """Return all numbers of an assembled island."""
     system = mna.system
     found: dict[tuple[Any, ...], float] = {}
-    for letter in "EGABDS":
-        matrix = getattr(system, letter)
+    matrices = [(letter, getattr(system, letter)) for letter in "EGABDS"]
+    if system.smooth is not None:
+        matrices += [("F", system.smooth.F), ("Q", system.smooth.Q)]
+    for letter, matrix in matrices:
         entries = zip(
             matrix.indices.tolist(), matrix.columns.tolist(), matrix.data.tolist(), strict=True
         )
@@ -223,7 +244,7 @@ def _numbers(circuit: Circuit, mna: MnaSystem, names: Sequence[str]) -> Numbers:
             found["repeat", k] = wave.repeat
     for name in names:
         functional = mna.functional(name)
-        for part in ("z", "lam", "dz", "u"):
+        for part in ("z", "lam", "dz", "u", "f", "df"):
             found.update({("out", name, part, j): f for j, f in getattr(functional, part)})
     charges, _ = mna.initial_state(initial_voltages(circuit, mna))
     found.update({("charge", j): value for j, value in enumerate(charges.tolist())})

@@ -57,14 +57,14 @@ def start(
     elif step is not None and held:
         wanted = {**_voltages(circuit.deck.nodesets, mna), **held}
         stepper.dc_point = _held_point(mna, held, wanted)
-        charges, energy = _stored(mna.system, stepper.dc_point[0])
+        charges, energy = stored_at(mna.system, stepper.dc_point[0])
     else:
         guess = guess_of(circuit, mna, held)
         if guess is None:
             guess = _at_rest(mna, None, step)
         point = start_dc(stepper, partial(without_storage, mna.system), guess)
         stepper.leave_dc()
-        return _stored(mna.system, point) if step is not None and stepper.jumps else None
+        return stored_at(mna.system, point) if step is not None and stepper.jumps else None
     stepper.start_charges(0.0, charges, step, near)
     return charges, energy
 
@@ -209,7 +209,7 @@ def _held_point(
     return point[: mna.system.n], stepper.state[1]
 
 
-def _stored(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:
+def stored_at(system: DescriptorSystem, point: Floats) -> tuple[Floats, float]:
     """Return charges and fluxes (n,) and energy [J] at a static point (n,)."""
     charges = system.E.dot(point) + _smooth_charges(system, point)
     return charges, system.stored_energy(point)
