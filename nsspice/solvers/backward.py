@@ -152,9 +152,9 @@ class Backward:
             known = bool(tangent.continues[k])
             if known:
                 self._rates = own_rates[0]
-            told = own_rates[0] if not known and not self.starting[k] else None
-            if told is not None or tangent.jumps[k] or k in self.goal.begins:
-                more = self._at_begin(k, told)
+            inferred = own_rates[0] if not known and not self.starting[k] else None
+            if inferred is not None or tangent.jumps[k] or k in self.goal.begins:
+                more = self._at_begin(k, inferred)
                 shift = None if shift is None else shift + more
         eta += T @ rates
         self._keep(steps, real, eta, bases, weights)
@@ -173,7 +173,7 @@ class Backward:
         n, stored = tangent.system.n, tangent.stored
         kept = np.zeros((*real.shape, n, self.f))
         kept[:, :, stored] = bases
-        # what is told of the begin of a step that does not continue another has points of its own
+        # the begin of a step that does not continue another has points of its own
         eta, kept, w = eta[real], kept[real], weights[real]
         active = tangent.modes[steps][real][:, :, np.newaxis]
         flows = eta[:, :n]
@@ -238,7 +238,7 @@ class Backward:
         total += np.einsum("ip,ipf->f", functions, own)
         return np.asarray(total)
 
-    def _at_begin(self, k: int, told: Floats | None) -> Floats:
+    def _at_begin(self, k: int, inferred: Floats | None) -> Floats:
         """Go back through what happens at the begin of a step: jumps, rates, values.
 
         Returns what a shift of it does there, shape (f,): sources are others.
@@ -249,15 +249,15 @@ class Backward:
         slopes, a, inverse = tangent.at_begin(at)
         x = np.zeros((n + m, self.f))
         w = self.goal.begins.get(k, np.zeros((outputs.count, self.f)))
-        if told is not None:
+        if inferred is not None:
             w = w + self._weights[k, 0]
         x[:n] = outputs.z.T @ w + slopes.by_unknown[0].T @ (outputs.f.T @ w)
         x[n:] = outputs.lam.T @ w
         flows = np.zeros((n, self.f))
-        if told is not None:
-            flows[stored] = told
-            x[:n] -= slopes.G[0, stored].T @ told
-            x[n:] -= tangent.A[stored].T @ told
+        if inferred is not None:
+            flows[stored] = inferred
+            x[:n] -= slopes.G[0, stored].T @ inferred
+            x[n:] -= tangent.A[stored].T @ inferred
         kept = np.zeros((n, self.f))
         if tangent.jumps[k]:
             x[:n] += slopes.C[0, stored].T @ self._charges
@@ -273,8 +273,8 @@ class Backward:
         functions = slopes.by_time[0] + slopes.by_source[0] @ u
         moved = (tangent.system.S.dot(u)) @ flows + functions @ own + (outputs.u @ u) @ w
         # the rates of a start are not known at its begin
-        place = np.full(n, np.nan if told is None and w.any() else 0.0)
-        if told is not None:
+        place = np.full(n, np.nan if inferred is None and w.any() else 0.0)
+        if inferred is not None:
             place = record.rate[k, 0]
         self._parts.append(
             Points(

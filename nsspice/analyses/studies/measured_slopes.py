@@ -1,7 +1,7 @@
 """Derivatives of measures: what ``.sens`` cards with the names of ``.measure`` cards ask for.
 
-Those of runs by the exact engine come from one pass backwards; where it knows none they are
-extrapolated differences.
+They come from one pass backwards through the run; where it knows none they are extrapolated
+differences.
 """
 
 from __future__ import annotations

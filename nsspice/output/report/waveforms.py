@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ...analyses.signals.signal_names import unit
 from ...analyses.solution.plot_points import drawn
 from ...analyses.solution.solution import part_of
+from ..bode import smooth
 
 if TYPE_CHECKING:
     from ...analyses.solution.solution import Solution
@@ -103,6 +104,10 @@ def _responses(solution: Solution) -> tuple[list[str], Floats, Floats, list[str]
             rows += [np.maximum(part_of(response, "db"), -400.0), part_of(response, "p")]
             names += [name, name]
             units += ["dB", "°"]
+    if all(np.isfinite(row).all() for row in rows):  # else curves have no points in common
+        through = [smooth(axis, row) for row in rows]
+        rows = [row for _, row in through]
+        axis = through[0][0] if through else axis
     return names, axis, np.array(rows).reshape(len(rows), axis.size), units
 
 

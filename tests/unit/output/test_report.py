@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import math
@@ -256,6 +257,21 @@ def test_margins_of_a_loop_are_drawn_and_listed(tmp_path: Path) -> None:
     assert phase[2] == f"{expected:.4g}°".replace("-", "-")
     assert float(gain[2].split()[0]) == pytest.approx(20.0 * math.log10(8.0 / 20.0), abs=1e-3)
     assert float(gain[1].split()[0]) == pytest.approx(1e3 * math.sqrt(3.0) / (2 * math.pi), abs=0.1)
+
+
+def test_curves_of_a_response_have_no_corners() -> None:
+    """Fewer points than pixels are joined smoothly, through the points, without new extremes."""
+    solution = nsspice.read(LOOP).run()[-1]
+    found = waveforms.curves(solution, [])
+    axis = np.frombuffer(base64.b64decode(found["axis"]), "<f8")
+    gain = np.frombuffer(base64.b64decode(found["signals"][0]["values"]), "<f4")
+    at = np.searchsorted(axis, solution.axis)
+    name = found["signals"][0]["name"]
+    decibels = 20.0 * np.log10(np.abs(np.asarray(solution[name])))
+    assert gain[at] == pytest.approx(decibels, abs=1e-4)  # seven digits
+    slopes = np.diff(gain.astype(float)) / np.diff(np.log(axis))
+    own = np.diff(decibels) / np.diff(np.log(solution.axis))
+    assert np.abs(np.diff(slopes)).max() < 0.3 * np.abs(np.diff(own)).max()
 
 
 def test_spectra_losses_and_steady_states_have_their_pictures(tmp_path: Path) -> None:
