@@ -31,10 +31,11 @@ LIFTED = [("bridge", 1027), ("multiplier", 1034)]
 #: the state right after the jump still carried an impulse: 1e8 A, and diodes with volts across them
 LEFT_OVER = [("large", 40101), ("large", 40343), ("large", 40463)]
 BENT = [("large", 40528), ("large", 167507)]
-#: 0.2 and 2.7 V across a diode that carries 0.7 and 0.3 A, in the first row of steps after a jump
-EXCLUDED = [("large", 40443, "moreau"), ("large", 300008, "sdirk")]
-#: a charge of 1e-8 A s passes a diode with -9 mV across it, next to 5e-2 J: it had been certified
-THROUGH_A_GAP = [("large", 610002)]
+#: at nodes without capacitors diodes seemed to pass charge in a jump: closed after it, with 1 V across
+CLOSED_BY_NOTHING = [
+    ("large", 40443, "modewise"), ("large", 40443, "moreau"), ("large", 300008, "sdirk"),
+    ("large", 610002, "modewise"), ("large", 610002, "sdirk"),
+]  # fmt: skip
 #: a diode changed within the short steps that show the state after a jump: it blocked -1 mA, -46 mA
 PASSED_OVER = [("bridge", 71203), ("bridge", 71253)]
 #: 7e-18 and 3e-14 V across diodes: the rounding of 0.36 A in 750 Ohm, all other voltages being zero
@@ -139,6 +140,7 @@ def test_a_right_run_mode_by_mode_is_certified(kind, seed):
     *((*seed, "modewise") for seed in BALANCED + CANCELLED + SCALES),
     *((*seed, "moreau") for seed in HIDDEN + BETWEEN),
     *((*seed, "sdirk") for seed in UNSEEN + CHAINED),
+    *CLOSED_BY_NOTHING,
 ])  # fmt: skip
 def test_what_a_certificate_found_wrong_is_right(kind, seed, method):
     random = generate(kind, seed)
@@ -146,26 +148,6 @@ def test_what_a_certificate_found_wrong_is_right(kind, seed, method):
     stop, step = STEPS * random.step, random.step
     run = nsspice.tran(circuit, stop, step, step=step, method=method, uic=True)
     assert run.certificate.passed
-
-
-@pytest.mark.parametrize(("kind", "seed"), THROUGH_A_GAP)
-def test_a_jump_through_a_diode_that_blocks_is_refused(kind: str, seed: int) -> None:
-    circuit = nsspice.read(generate(kind, seed).text)
-    run = nsspice.tran(circuit, method="modewise", on_failure="ignore")
-    assert run.certificate.jumps > 1e-6
-    assert not run.certificate.passed
-
-
-@pytest.mark.parametrize(("kind", "seed", "method"), EXCLUDED)
-def test_a_first_row_that_breaks_the_law_of_a_diode_is_refused(kind, seed, method):
-    random = generate(kind, seed)
-    stop, step = STEPS * random.step, random.step
-    run = nsspice.tran(
-        nsspice.read(random.text), stop, step, step=step, method=method, uic=True,
-        on_failure="ignore",
-    )  # fmt: skip
-    assert run.certificate.complementarity > 1e-8
-    assert max(run.certificate.laws, run.certificate.jumps) < 1e-8
 
 
 @pytest.mark.parametrize("method", ["moreau", "sdirk"])

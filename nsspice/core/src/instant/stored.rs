@@ -44,8 +44,10 @@ impl Instant<'_> {
         }
         for ((branch, &charge), &closed) in diodes.iter().zip(&found.carried).zip(&found.closed) {
             let Some(pair) = branch.index else { continue };
-            multipliers[pair] = charge;
-            out.through[pair] = closed && charge > found.loose;
+            // where no capacitor is, loose branches alone say what is closed, and drive what flows there
+            if closed && charge > found.loose {
+                (multipliers[pair], out.through[pair]) = (charge, true);
+            }
         }
         Some(found.flow.voltage[capacitors].to_vec())
     }

@@ -176,6 +176,17 @@ fn charges_pass_nodes_that_store_nothing() {
 }
 
 #[test]
+fn a_node_that_stores_nothing_closes_no_diode_in_the_jump() {
+    // 1 F at -1 V that a resistor discharges further; its diode comes from a node that another holds at -5 V
+    let build = Build::new(3).capacitor(Some(1), None, 1.0).voltage(Some(2), None, -5.0);
+    let build = build.resistor(Some(0), Some(2), 1.0).resistor(Some(1), Some(2), 1.0);
+    let found = build.diode(Some(0), Some(1)).after(&[0.0, -1.0, -5.0, 0.0]).unwrap();
+    near(found.z[0], -5.0);
+    near(found.rates[1], -4.0);
+    assert_eq!((found.impulses[1][0], found.active[0], found.through[0]), (0.0, false, false));
+}
+
+#[test]
 fn currents_pass_islands_of_diodes() {
     // 1 A into a node that only diodes leave: through the one towards the lower potential
     let build = Build::new(3).capacitor(Some(1), None, 1.0).capacitor(Some(2), None, 1.0);
