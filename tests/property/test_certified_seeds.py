@@ -31,7 +31,7 @@ LIFTED = [("bridge", 1027), ("multiplier", 1034)]
 #: the state right after the jump still carried an impulse: 1e8 A, and diodes with volts across them
 LEFT_OVER = [("large", 40101), ("large", 40343), ("large", 40463)]
 BENT = [("large", 40528), ("large", 167507)]
-#: at nodes without capacitors diodes seemed to pass charge in a jump: closed after it, with 1 V across
+#: diodes at nodes without capacitors seemed to pass charge in a jump: closed after it, at 1 V
 CLOSED_BY_NOTHING = [
     ("large", 40443, "modewise"), ("large", 40443, "moreau"), ("large", 300008, "sdirk"),
     ("large", 610002, "modewise"), ("large", 610002, "sdirk"),

@@ -15,6 +15,8 @@ const MOST: usize = 256;
 pub struct Described {
     shape: Shape,
     scale: f64,
+    /// the largest slope between jumps, where there may be any
+    steepest: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -50,6 +52,27 @@ fn edge(t: f64, begin: f64, length: f64) -> f64 {
     }
 }
 
+impl Shape {
+    /// The largest slope between jumps of waveforms that may jump.
+    fn steepest(&self) -> Option<f64> {
+        let slope = |rise: f64, run: f64| if run > 0.0 { (rise / run).abs() } else { 0.0 };
+        match self {
+            Shape::Pulse([low, high, _, rise, fall, ..]) => {
+                Some(slope(high - low, *rise).max(slope(high - low, *fall)))
+            }
+            Shape::Lines(times, levels, _) => {
+                let pieces = times.windows(2).zip(levels.windows(2));
+                let slopes = pieces.map(|(t, v)| slope(v[1] - v[0], t[1] - t[0]));
+                Some(slopes.fold(0.0, f64::max))
+            }
+            Shape::Exponential([first, second, _, rise, _, fall]) => {
+                Some(slope(second - first, *rise).max(slope(second - first, *fall)))
+            }
+            _ => None,
+        }
+    }
+}
+
 impl Described {
     /// Takes the kind and its values, as of `nsspice.problems.Waveform`.
     pub fn new(kind: &str, values: &[f64], repeat: f64, scale: f64) -> Result<Described, String> {
@@ -68,7 +91,8 @@ impl Described {
             "am" => Shape::Am(values.try_into().map_err(misfit)?),
             _ => return Err(format!("no waveform is called {kind}")),
         };
-        Ok(Described { shape, scale })
+        let steepest = shape.steepest().map(|slope| (scale * slope).abs());
+        Ok(Described { shape, scale, steepest })
     }
 
     /// No value is larger than this.
@@ -98,7 +122,7 @@ impl Described {
 
     /// What another block hands on, whose laws are checked there.
     pub fn polynomial(polynomial: Polynomial) -> Described {
-        Described { shape: Shape::Polynomial(polynomial), scale: 1.0 }
+        Described { shape: Shape::Polynomial(polynomial), scale: 1.0, steepest: None }
     }
 
     /// The value at an instant, that after it where the waveform jumps.
@@ -168,6 +192,24 @@ impl Described {
 }
 
 impl Described {
+    /// The value right after an instant at which the waveform jumps, and how much it may change there otherwise.
+    ///
+    /// The instant may be off by half of what engines take for one: what is further away may be another.
+    fn after_jump(&self, t: f64) -> Option<[f64; 2]> {
+        let near = 0.5 * INSTANT * t.abs() + f64::MIN_POSITIVE;
+        let drift = self.steepest? * 2.0 * near;
+        let after = self.value(t + near);
+        ((after - self.value(t - near)).abs() > 2.0 * drift).then_some([after, drift])
+    }
+
+    /// How far the value that a run goes on with from an instant is from that of the waveform.
+    pub(super) fn outside_after(&self, t: f64, found: f64) -> f64 {
+        match self.after_jump(t) {
+            Some([after, drift]) => (found - after).abs() - drift,
+            None => self.outside(t, found),
+        }
+    }
+
     /// How much it changes within the rounding of an instant.
     pub(super) fn swing(&self, t: f64) -> f64 {
         let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
@@ -309,5 +351,20 @@ mod tests {
         assert_eq!(error(1.0 + 1e-9, 0.0), (1.0, Some(0)));
         assert_eq!(error(2.0, 5.0 + 5e-6).1, Some(0));
         assert!(error(2.0, f64::NAN).0.is_nan());
+    }
+
+    #[test]
+    fn a_run_goes_on_with_the_value_after_an_edge_without_length() {
+        let outside = |rise: f64, t: f64, found: f64| {
+            let values = [0.0, 5.0, 1.0, rise, 0.0, 3.0, 10.0, f64::INFINITY];
+            let pulse = Described::new("pulse", &values, f64::NAN, 1.0).unwrap();
+            pulse.outside_after(t, found)
+        };
+        assert_eq!([outside(0.0, 1.0, 5.0), outside(0.0, 1.0, 0.0)], [0.0, 5.0]);
+        // an instant before the edge by rounding is the edge
+        assert_eq!([outside(0.0, 1.0 - 1e-15, 5.0), outside(0.0, 1.0 - 1e-15, 0.0)], [0.0, 5.0]);
+        // 1 fs and 1 s are ramps
+        assert!([1e-15, 1.0].into_iter().all(|rise| outside(rise, 1.0, 0.0) <= 0.0));
+        assert_eq!(outside(1.0, 4.0 + 1.0, 5.0), 5.0);
     }
 }

@@ -52,19 +52,22 @@ impl Source {
             return;
         }
         let first = (EVERY - before % EVERY) % EVERY;
-        for (found, time) in sums.iter().zip(times).skip(first as usize).step_by(EVERY as usize) {
-            self.look(*time, *found);
+        for k in (first as usize..times.len()).step_by(EVERY as usize) {
+            // of two rows at an instant the first may show what was before
+            let last = times.get(k + 1).is_some_and(|next| *next != times[k]);
+            self.look(times[k], sums[k], last);
         }
     }
 
-    /// Compares one value with the waveforms.
-    fn look(&mut self, t: f64, found: f64) {
+    /// Compares one value with the waveforms; `last` of those at an instant it shows what the run goes on with.
+    fn look(&mut self, t: f64, found: f64, last: bool) {
         let given: f64 = self.waveforms.iter().map(|w| w.value(t)).sum();
         self.largest = self.largest.max(given.abs());
         let mut off = (found - given).abs();
         if worse(off, self.off) {
             // the instant may explain it
             off = match &self.waveforms[..] {
+                [one] if last => one.outside_after(t, found).max(0.0),
                 [one] => one.outside(t, found).max(0.0),
                 many => {
                     many.iter().map(|w| w.swing(t)).fold(off, |off, swing| (off - swing).max(0.0))
