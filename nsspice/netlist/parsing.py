@@ -338,7 +338,7 @@ def _evaluated(outline: Outline, params: Mapping[str, float], seed: int) -> Read
         deck.temperature = scope.temperature = swept
     expander.expand(scope, items)
     expander.check_controls()
-    expander.check_levels()
+    expander.coded.finish(expander.elements)
     _evaluate_all(deck, scope, findings)
     deck.initial.update(expander.initial)
     deck.integrators = frozenset(expander.initial)

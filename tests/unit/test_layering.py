@@ -38,7 +38,8 @@ FOLDERS = {
 #: the rooms of a folder: each imports those before it.  A file beside the rooms is one by its own
 #: name, or belongs to the base, "."
 ROOMS = {
-    "netlist": "findings text expressions deck alteration elements expansion cards script parsing",
+    "netlist": "findings text expressions deck alteration elements code_models expansion cards "
+    "script parsing",
     "devices": ". heat diodes expressions passive sources switches mosfets transistors",
     "analyses": "signals results request certificate solution static averages transient steady "
     "gradients studies bounds",

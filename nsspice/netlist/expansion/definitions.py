@@ -120,10 +120,11 @@ def _bracketed(line: Line) -> Line:
 
 
 def _pair_up(words: list[Item], pairs: list[Item]) -> None:
-    """Take a number after a word for its value: SW(RON 0.001)."""
+    """Take a number or text after a word for its value: SW(RON 0.001)."""
     kept: list[Item] = []
     for value in words[3:]:
-        number = value.kind == "expr" or (value.kind == "word" and value.text[0] in "+-.0123456789")
+        number = value.kind in ("expr", "string")
+        number = number or (value.kind == "word" and value.text[0] in "+-.0123456789")
         if number and kept and kept[-1].kind == "word" and kept[-1].text[0].isalpha():
             key = kept.pop()
             pairs.append(Item("pair", key.text, key.start, value.end, (key, value)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -19,6 +18,7 @@ from ..text.script import Command
 from ..text.structure import build
 from .binding import NOTHING
 from .body import Body, BodyReader, Choice, Subcircuit
+from .coded import Coded
 from .scope import Scope
 
 #: elements of an expanded deck; more would not fit into memory anyway
@@ -31,9 +31,6 @@ MAX_NESTING = 50
 _REMEMBERING = frozenset("begfh")
 #: model types whose standard values are a usable device
 _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "vdmos"])
-
-#: the value at an operating point of what a code model integrates
-_START = re.compile(r"\.ic v\((\w+)\)=(.+)")
 
 #: a model card for each letter that needs one
 _CARDS = {
@@ -73,9 +70,7 @@ class Expander:
         self._bodies = bodies
         self._instances = 0
         self._controlled: list[tuple[Element, tuple[Span, ...], str]] = []
-        #: digital nodes, and the names of all elements of code models
-        self._digital: dict[str, Span] = {}
-        self._coded: set[str] = set()
+        self.coded = Coded(findings, self.initial)
 
     def choose(self, scope: Scope, body: Body) -> list[Template | InstanceTemplate | CodeTemplate]:
         """Declare a body's names, decide its conditionals, return what has to be built."""
@@ -109,6 +104,7 @@ class Expander:
         active: tuple[Subcircuit, ...] = (),
     ) -> None:
         """Build all elements of a scope, depth first."""
+        self.coded.look_over(scope, items)
         for item in items:
             try:
                 if isinstance(item, Template):
@@ -295,63 +291,15 @@ class Expander:
         given = {key: scope.param(key, text).value for key, text in item.params.items()}
         numbers = {key: value for key, value in given.items() if isinstance(value, float)}
         names = {node: f"port{k}" for k, node in enumerate(item.nodes)}
-        formal = item.renamed(names)
-        if item.own:
-            texts, digital = _own_lines(formal, numbers), set[str]()
-        else:
-            texts, digital = self._written(scope, formal)
+        nodes = {name: scope.node(node) for node, name in names.items()}
+        inner = scope.child(scope, item.name, nodes)
+        texts = self.coded.lines(item.renamed(names), scope, inner, numbers)
         where = item.span
-        starts = [found for text in texts if (found := _START.fullmatch(text))]
-        texts = [text for text in texts if not _START.fullmatch(text)]
         lines = [Command(text, where.file, where.line, where.text) for text in texts]
         body = self._bodies.read(build(lines, self._findings))
-        nodes = {name: scope.node(node) for node, name in names.items()}
-        self._digital.update({nodes[name]: item.span for name in digital if name in nodes})
-        inner = scope.child(scope, item.name, nodes)
-        for start in starts:
-            node = inner.node(start[1])
-            self.initial[node] = Param(node, float(start[2]), where)
         before = len(self.elements)
         self.expand(inner, self.choose(inner, body))
-        self._coded.update(element.name for element in self.elements[before:])
-
-    def check_levels(self) -> None:
-        """Warn about digital nodes to which something else is connected: they have 0 and 1 V.
-
-        One that nothing drives is 0.
-        """
-        touched = {node for element in self.elements for node in element.nodes}
-        for node, where in self._digital.items():
-            if node not in touched:
-                low = Element(f"{node}#low", "r", (node, "0"), where, value=1.0)
-                self.elements.append(low)
-                self._coded.add(low.name)
-                message = f"nothing drives the digital node {node}: it is 0"
-                self._findings.warning("NS1097", message, where)
-        mixed = {
-            node: self._digital[node]
-            for element in self.elements
-            if element.name not in self._coded
-            for node in element.nodes
-            if node in self._digital
-        }
-        if mixed:
-            shown = ", ".join(list(mixed)[:6]) + ", ..." * (len(mixed) > 6)
-            message = f"digital nodes have 0 V and 1 V, also where other elements see them: {shown}"
-            hint = "put an adc_bridge or dac_bridge with their levels between"
-            self._findings.warning("NS1097", message, next(iter(mixed.values())), hint)
-
-    @staticmethod
-    def _written(scope: Scope, item: CodeTemplate) -> tuple[list[str], set[str]]:
-        """Return the lines of a code model, and its digital nodes."""
-        model = scope.model(item.model)
-        if model is None:
-            hint = suggest(item.model, scope.known("models")) or f"add .model {item.model} ..."
-            message = f"{item.name}: there is no model {item.model}"
-            raise Unreadable("NS1060", message, item.model_span, hint, item.model)
-        from .code_models import digital_ports, written
-
-        return written(item, model), digital_ports(item, model)
+        self.coded.names.update(element.name for element in self.elements[before:])
 
     # -- instances ---------------------------------------------------------------------------
 
@@ -494,17 +442,6 @@ def _own(item: Template, nodes: tuple[str, ...]) -> Mapping[str, Node]:
     if item.quantity == "q":
         return {"x": voltage(*nodes)}
     return {"x": var("i")} if item.quantity == "flux" else NOTHING
-
-
-def _own_lines(item: CodeTemplate, given: dict[str, float]) -> list[str]:
-    """Return the lines of a transmission line or of one of LTspice's A devices."""
-    from ..elements.transmission import MODEL, written_line
-
-    if item.model == MODEL:
-        return written_line(item, given)
-    from .a_devices import written
-
-    return written(item, given)
 
 
 def _card(item: Template) -> str:

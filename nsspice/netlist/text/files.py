@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ...errors import Diagnostic, Span, suggest
 from ..findings import Findings
+from .data_files import numbers_of
 from .lines import Line, logical_lines, physical_lines
 from .script import Script
 from .source import read_text
@@ -33,13 +34,11 @@ _LIBRARIES = frozenset(
 )
 #: the points of a source in a file of two columns
 _POINTS = re.compile(r"\bpwl\s*\(?\s*file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)\s*\)?")
-#: what a digital and an analogue source of XSPICE read
-_VECTORS = re.compile(
-    r"\s*\.model\s+\S+\s+(?:d_source|filesource)\b.*?"
-    r"\b(?:input_)?file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)"
+#: what code models of XSPICE read
+_NUMBERS = re.compile(
+    r"\s*\.model\s+\S+\s+(d_source|filesource|d_state)\b.*?"
+    r"\b(?:input_|state_)?file\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s()]+)"
 )
-#: a state of a digital vector: 0, 1 or unknown, and its strength
-_STATE = re.compile(r"([01u])[surzu]", re.IGNORECASE)
 _ARGUMENT = re.compile(r'"[^"]*"?|\'[^\']*\'?|\S+')
 
 
@@ -122,8 +121,8 @@ class FileReader:
                     opener = ".lib" if card == "endl" else ".control"
                     self._findings.error("NS1044", f".{card} without {opener}", line.whole())
                     continue
-                if card == "model" and "file" in line.text and (found := _VECTORS.match(line.text)):
-                    line = self._with_vectors(line, found, directory)
+                if card == "model" and "file" in line.text and (found := _NUMBERS.match(line.text)):
+                    line = self._with_numbers(line, found, directory)
             elif "file" in line.text and (found := _POINTS.search(line.text)):
                 line = self._with_points(line, found, directory)
             self._count += 1
@@ -221,22 +220,15 @@ class FileReader:
         raw = f"{line.raw[: found.start()]}pwl({points}){line.raw[found.end() :]}"
         return Line(raw, line.file, line.number, line.source)
 
-    def _with_vectors(self, line: Line, found: re.Match[str], directory: Path) -> Line:
-        """Return the card of a source with the rows of its file: ``rows=[t v1 v2 ...]``."""
-        digital = "d_source" in line.text
-        start, end = found.span(1)
+    def _with_numbers(self, line: Line, found: re.Match[str], directory: Path) -> Line:
+        """Return the card of a code model with the numbers of its file: ``rows=[...]``."""
+        start, end = found.span(2)
         name = line.raw[start:end].strip("\"'")
         rows = self._open(directory / name.replace("\\", "/"), name, line.span(start, end), [])
-        values: list[str] = []
-        for row in rows or []:
-            if row.strip()[:1] not in ("*", "#", ";", ""):
-                time, *others = row.split()
-                states = [_STATE.fullmatch(word) if digital else None for word in others]
-                pairs = zip(others, states, strict=True)
-                values += [time, *(w if s is None else f"{int(s[1] == '1')}" for w, s in pairs)]
+        values = numbers_of(found[1], rows or [])
         if not values:
             return line
-        begin = re.search(r"(?:input_)?file\s*=\s*$", line.raw[:start], re.IGNORECASE)
+        begin = re.search(r"(?:input_|state_)?file\s*=\s*$", line.raw[:start], re.IGNORECASE)
         first = begin.start() if begin else start
         raw = f"{line.raw[:first]}rows=[{' '.join(values)}]{line.raw[end:]}"
         return Line(raw, line.file, line.number, line.source)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..findings import Unreadable
 
 if TYPE_CHECKING:
-    from .code_models import Block
+    from .block import Block
 
 
 def _rows(block: Block, width: int) -> list[list[float]]:

@@ -10,7 +10,8 @@ from collections.abc import Callable, Mapping
 
 from ..elements.template import CodeTemplate, Port
 from ..findings import Unreadable
-from .code_models import Block, condition, delayed, flip_flop, memory, turn
+from .block import Block
+from .logic import all_of, delayed, flip_flop, gate_value, memory, no
 
 
 class _Device:
@@ -32,17 +33,17 @@ class _Device:
         return self.nodes[terminal - 1] != self.common
 
     def is_high(self, terminal: int) -> str:
-        """Return the condition that an input is 1."""
+        """Return 1 where an input is high."""
         if not self.used(terminal):
             return "0"
-        return f"{self.volts(self.nodes[terminal - 1])} > {self.threshold}"
+        return f"if({self.volts(self.nodes[terminal - 1])} > {self.threshold}, 1, 0)"
 
     def outputs(self, state: str) -> list[str]:
-        """Return what drives both outputs by a condition."""
+        """Return what drives both outputs by a value."""
         delay = (self.given.get("td", 0.0),) * 2
         swing = self.high - self.low
         lines: list[str] = []
-        for terminal, inner, what in ((7, "y", state), (6, "ny", f"!({state})")):
+        for terminal, inner, what in ((7, "y", state), (6, "ny", no(state))):
             if not self.used(terminal):
                 continue
             block = Block(self.item.name, [(Port(inner, "0"),)] * 10, None, self.given)
@@ -56,10 +57,10 @@ class _Device:
 
 def _gate(kind: str) -> Callable[[_Device], list[str]]:
     def lines(device: _Device) -> list[str]:
-        conditions = [device.is_high(k) for k in range(1, 6) if device.used(k)]
-        if not conditions:
+        values = [device.is_high(k) for k in range(1, 6) if device.used(k)]
+        if not values:
             raise _wrong(device, "no input is connected")
-        return device.outputs(condition(kind, conditions))
+        return device.outputs(gate_value(kind, values))
 
     return lines
 
@@ -68,7 +69,7 @@ def _schmitt(inverted: bool) -> Callable[[_Device], list[str]]:
     def lines(device: _Device) -> list[str]:
         middle, half = device.given.get("vt", device.threshold), device.given.get("vh", 0.0)
         control = f"{device.volts(device.nodes[0])} - {middle}"
-        state = "v(q) < 0.5" if inverted else "v(q) > 0.5"
+        state = no("v(q)") if inverted else "v(q)"
         return [*memory(control, "q", half), *device.outputs(state)]
 
     return lines
@@ -78,12 +79,13 @@ def _d_flop(device: _Device) -> list[str]:
     if device.used(4) or device.used(5):
         raise _wrong(device, "preset and clear of a DFLOP are not simulated")
     q = flip_flop(device.is_high(1), device.is_high(3), "0", "0")
-    return [*q, *device.outputs("v(slave) > 0.5")]
+    return [*q, *device.outputs("v(slave)")]
 
 
 def _sr_flop(device: _Device) -> list[str]:
     one, zero = device.is_high(1), device.is_high(2)
-    return [*memory(turn(f"({one}) && !({zero})", zero), "q"), *device.outputs("v(q) > 0.5")]
+    control = f"{all_of(one, no(zero))} - {zero}"
+    return [*memory(control, "q"), *device.outputs("v(q)")]
 
 
 _WRITERS: dict[str, Callable[[_Device], list[str]]] = {
