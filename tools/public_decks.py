@@ -80,7 +80,7 @@ def in_a_child(path: Path, seconds: int, what: str) -> dict[str, Any]:
     with tempfile.NamedTemporaryFile() as store:
         child = os.fork()
         if child == 0:
-            signal.alarm(seconds)
+            signal.setitimer(signal.ITIMER_PROF, seconds)
             with open(os.devnull, "w") as nothing, contextlib.redirect_stdout(nothing):
                 entry = outcome(path, what)
             Path(store.name).write_text(json.dumps(entry))
@@ -88,7 +88,7 @@ def in_a_child(path: Path, seconds: int, what: str) -> dict[str, Any]:
         _, status = os.waitpid(child, 0)
         if status == 0:
             return dict(json.loads(Path(store.name).read_text()))
-        late = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM
+        late = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGPROF
         return {"verdict": "late" if late else "crashed", "message": f"status {status}"}
 
 

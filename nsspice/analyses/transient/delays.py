@@ -32,6 +32,9 @@ _STEPS = 4.0
 _JUMP = 1e-9
 #: what two pieces may differ by from one polynomial, in units of the error of a step, and at least
 _MERGED, _EXACT = 1e-2, 1e-13
+#: the part of the largest of all signals below which one has no scale of its own: rounding of the
+#: others is not what jumps there
+_SMALL = 1e-3
 #: change of a slope over a piece, relative to the largest value, at which no step has to end
 _KINK = 1e-3
 
@@ -106,7 +109,9 @@ class Delays:
         """Take what the islands have recorded since the last time."""
         for runner in runners:
             runner.hand_over()
+        largest = _SMALL * max(link.largest for link in self._links)
         for link in self._links:
+            link.largest = max(link.largest, largest)
             link.take()
         for runner in runners:
             runner.delayed = []
@@ -117,7 +122,8 @@ class _Link:
 
     def __init__(self, delay: Delay, same: float) -> None:
         self.delay, self.handed, self._same = delay, Polynomial(), same
-        self._largest = 0.0
+        #: scale of the signal: the largest value so far
+        self.largest = 0.0
         self._end = self._slope = 0.0
 
     def begin(self, value: float) -> None:
@@ -126,7 +132,7 @@ class _Link:
         half = 0.5 * self.delay.delay
         self.handed.push(0.0, half, [value], False)
         self._rest: tuple[float, float, list[float]] = half, half, [value]
-        self._largest, self._end, self._slope = abs(value), value, 0.0
+        self.largest, self._end, self._slope = abs(value), value, 0.0
 
     def attend(self, runner: IslandRunner, column: int) -> None:
         self._runner, self._column = runner, runner.followed.index(column)
@@ -142,10 +148,10 @@ class _Link:
                 if row[1] <= 0.0:
                     continue
                 piece = _Piece(row[0], row[1], row[first : first + points])
-                self._largest = max(self._largest, float(np.abs(piece.values).max()))
+                self.largest = max(self.largest, float(np.abs(piece.values).max()))
                 if whole is None:
                     whole = piece
-                elif (longer := whole.followed_by(piece, self._same * self._largest)) is not None:
+                elif (longer := whole.followed_by(piece, self._same * self.largest)) is not None:
                     whole = longer
                 else:
                     self._push(whole)
@@ -160,8 +166,8 @@ class _Link:
         signs = np.where(np.arange(coefficients.size) % 2 == 0, -1.0, 1.0)
         # slopes at the ends of [-1, 1]: T_k'(1) = k^2
         start = 2.0 / piece.length * float((signs * degrees) @ coefficients)
-        jump = abs(piece.values[0] - self._end) > _JUMP * self._largest
-        kink = abs(start - self._slope) * piece.length > _KINK * self._largest
+        jump = abs(piece.values[0] - self._end) > _JUMP * self.largest
+        kink = abs(start - self._slope) * piece.length > _KINK * self.largest
         at, half = piece.begin + self.delay.delay, 0.5 * piece.length
         first, second = (part @ coefficients for part in _halves(coefficients.size))
         self.handed.push(at, half, first.tolist(), bool(jump or kink))

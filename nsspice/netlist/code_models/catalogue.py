@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from ..deck import Model
 from ..elements.template import CodeTemplate
 from ..findings import Unreadable
-from . import analogue, digital, machines, reals
+from . import analogue, digital, lossy_lines, machines, reals
 from .block import Block, delays, wrong
 from .file_sources import analogue_source, digital_source
 from .logic import delayed, no
@@ -74,11 +74,16 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "d_pulldown": (1, digital.constant(0)),
     "d_source": (1, digital_source),
     "filesource": (1, analogue_source),
+    "ltra": (2, lossy_lines.line),
+    "txl": (2, lossy_lines.line),
+    "urc": (3, lossy_lines.uniform),
     "d_to_real": (3, reals.from_digital),
     "real_gain": (2, reals.gain),
     "real_delay": (3, reals.clocked),
     "real_to_v": (2, reals.to_analogue),
 }
+#: by letter: the type of the model of a transmission line
+_LINES = {"o": "ltra", "y": "txl", "u": "urc"}
 #: by type of the model: the ports that are digital, and those of type real, if not all or none
 _DIGITAL = {
     "adc_bridge": (1,), "dac_bridge": (0,), "d_osc": (1,), "d_pwm": (1,), "d_to_real": (0, 1),
@@ -143,6 +148,10 @@ def written(
     Unreadable
         If there is no such code model, or it has other ports.
     """
+    own = _LINES.get(item.name[0])
+    if (own or model.type) != model.type or (own is None and model.type in _LINES.values()):
+        message = f"{item.name}: the model {item.model} is of type {model.type}"
+        raise Unreadable("NS2001", message, item.model_span, f"its type must be {own or 'another'}")
     found = MODELS.get(model.type)
     if found is None:
         message = f"{item.name}: the code model {model.type} is not simulated"

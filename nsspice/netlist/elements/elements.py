@@ -16,13 +16,14 @@ from .terminals import GROUND
 #: the charge of a capacitor or the flux of an inductor as an expression
 _LAW = re.compile(r"[\s,)](q|flux)\s*=")
 
+#: U lines that are digital: a type with a number of inputs, or power nodes of PSpice
+_GATE = re.compile(r"^\s*\S+\s+\w+\s*\(|\bdpwr\b|\$g_dpwr|\bio_level\b")
+
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
     "n": ("Verilog-A device", "write the function as a B element"),
-    "o": ("lossy transmission line", "use a ladder of R L C sections"),
     "p": ("coupled transmission lines", "use a ladder of R L C sections"),
-    "u": ("RC line or digital gate", "use a ladder of R C sections"),
-    "y": ("single transmission line", "use a ladder of R L C sections"),
+    "u": ("digital gate", "use A elements, as XSPICE writes them"),
 }
 
 
@@ -48,6 +49,10 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate | CodeTem
         from .transmission import transmission
 
         return transmission(reader, line, items(line))
+    if letter in "oyu" and not (letter == "u" and _GATE.search(line.text)):
+        from .transmission import lossy
+
+        return lossy(reader, line, items(line))
     if kind is None and letter != "x":
         raise _unknown(line, letter)
     if letter in "vi" and line.text.count("(") != line.text.count(")"):

@@ -42,6 +42,37 @@ def transmission(reader: Reader, line: Line, items: list[Item]) -> CodeTemplate:
     return CodeTemplate(result.name, where, ports, MODEL, where, params, own=True)
 
 
+#: by letter: number of nodes, what the line may give, and its form
+_LOSSY = {
+    "o": (4, ("len", "ic"), "write Oname a b c d model, with .model model LTRA(R= L= C= LEN=)"),
+    "y": (
+        4,
+        ("len", "length"),
+        "write Yname a b c d model, with .model model TXL(R= L= C= LENGTH=)",
+    ),
+    "u": (3, ("l", "n"), "write Uname a b ground model L=1m, with .model model URC(RPERL= CPERL=)"),
+}
+
+
+def lossy(reader: Reader, line: Line, items: list[Item]) -> CodeTemplate:
+    """Read ``O`` and ``Y`` with two ports, ``U`` with two nodes and that of its capacitance."""
+    terminals = Terminals(reader, line, items)
+    count, known, hint = _LOSSY[items[0].text[0]]
+    terminals.take_nodes(count)
+    result = terminals.template()
+    terminals.model(result, terminals.next(), hint)
+    params = terminals.params(known)
+    if "ic" in params:
+        message = f"{result.name}: initial waves of a line (ic=) are not simulated"
+        raise Unreadable("NS1002", message, params["ic"].span, "leave them out")
+    nodes = [GROUND.get(node, node) for node in terminals.nodes]
+    ends = [Port(node, "0") for node in nodes]
+    if count == 4:
+        ends = [Port(nodes[0], nodes[1]), Port(nodes[2], nodes[3])]
+    ports, where = tuple((end,) for end in ends), result.model_span or result.span
+    return CodeTemplate(result.name, result.span, ports, result.model, where, params)
+
+
 def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
     """Return the elements of a line.
 
@@ -50,7 +81,7 @@ def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
     Unreadable
         For an impedance or a delay that is not positive.
     """
-    (a, b), (c, d) = ((vector[0].plus, vector[0].minus) for vector in item.ports)
+    near, far = ((vector[0].plus, vector[0].minus) for vector in item.ports)
     impedance = given["z0"]
     delay = given.get("td", 0.0)
     if "td" not in given and given["f"] > 0.0:
@@ -58,6 +89,14 @@ def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
     if not (impedance > 0.0 and delay > 0.0):
         message = f"{item.name}: impedance and delay of a line must be above zero"
         raise Unreadable("NS1025", message, item.span)
+    return lossless(impedance, delay, near, far)
+
+
+def lossless(
+    impedance: float, delay: float, near: tuple[str, str], far: tuple[str, str]
+) -> list[str]:
+    """Return the elements of a line without loss between two ports."""
+    (a, b), (c, d) = near, far
     return [
         f"R1 {a} one {impedance!r}",
         f"B1 one {b} V={{delay(v({c},{d}) + {impedance!r}*i(B2), {delay!r})}}",

@@ -103,10 +103,11 @@ def model(reader: Reader, line: Line) -> ModelTemplate:
         params[item.text] = ParamText(1.0, line.span(item.start, item.end))
     for pair in pairs:
         key = key_of(line, pair)
-        if key in params:
+        given = reader.param(line, pair)
+        if key in params and params[key].value != given.value:
             at = line.span(pair.start, pair.end)
             raise Unreadable("NS1014", f"model {name}: parameter {key} is given twice", at)
-        params[key] = reader.param(line, pair)
+        params[key] = given
     return ModelTemplate(name, kind, where, params, base)
 
 

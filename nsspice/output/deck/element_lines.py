@@ -99,10 +99,13 @@ def _points(source: SourceTemplate) -> list[str]:
 
 
 def _code_model(item: CodeTemplate) -> list[str]:
-    """Return ports and model of an A line, or the nodes of a T line."""
+    """Return ports and model of an A line, or the nodes of a line."""
     if item.own:
         nodes = [node for vector in item.ports for port in vector for node in _ends(item, port)]
         return nodes if item.model == LINE else [*nodes, item.model]
+    if item.name[0] != "a":  # a line with losses
+        ends = [node for (port,) in item.ports for node in (port.plus, port.minus)]
+        return [*(ends if item.name[0] != "u" else ends[::2]), item.model]
     vectors = []
     for vector in item.ports:
         ports = [_port(port) for port in vector]
