@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from ..deck import Model
 from ..elements.template import CodeTemplate
 from ..findings import Unreadable
-from . import analogue, digital, lossy_lines, machines, reals
+from . import analogue, coupled_lines, digital, lossy_lines, machines, reals
 from .block import Block, delays, wrong
 from .file_sources import analogue_source, digital_source
 from .logic import delayed, no
@@ -77,13 +77,14 @@ MODELS: dict[str, tuple[int, Callable[[Block], list[str]]]] = {
     "ltra": (2, lossy_lines.line),
     "txl": (2, lossy_lines.line),
     "urc": (3, lossy_lines.uniform),
+    "cpl": (2, coupled_lines.lines),
     "d_to_real": (3, reals.from_digital),
     "real_gain": (2, reals.gain),
     "real_delay": (3, reals.clocked),
     "real_to_v": (2, reals.to_analogue),
 }
 #: by letter: the type of the model of a transmission line
-_LINES = {"o": "ltra", "y": "txl", "u": "urc"}
+_LINES = {"o": "ltra", "y": "txl", "u": "urc", "p": "cpl"}
 #: by type of the model: the ports that are digital, and those of type real, if not all or none
 _DIGITAL = {
     "adc_bridge": (1,), "dac_bridge": (0,), "d_osc": (1,), "d_pwm": (1,), "d_to_real": (0, 1),

@@ -130,23 +130,29 @@ def line(block: Block) -> list[str]:
     impedance, delay = math.sqrt(inductance / c), math.sqrt(inductance * c)
     if kind == "lc":
         return lossless(impedance, delay, (a, b), (d, e))
-    return _attenuated(r, impedance, delay, ((a, b), (d, e)))
+    return attenuated(r, impedance, delay, ((a, b), (d, e)))
 
 
-def _attenuated(
-    r: float, impedance: float, delay: float, ports: tuple[tuple[str, str], tuple[str, str]]
+def attenuated(
+    r: float,
+    impedance: float,
+    delay: float,
+    ports: tuple[tuple[str, str], tuple[str, str]],
+    label: str = "",
 ) -> list[str]:
-    """Return the line of R, L and C."""
+    """Return the line of R, L and C; ``label`` is part of the names of its inner nodes."""
     loss = r / impedance
     fit, rate = fitted(loss), loss / delay
     lines = [
         f"* its attenuation and admittance are fitted by {fit.poles.size} poles each: they differ "
         f"by up to {fit.error:.1g} from the closed forms"
     ]
-    for k, (plus, minus) in enumerate(ports):  # waves are volts: Z0 times currents
+    ends = [f"{label}{k}" for k in range(2)]
+    for k, other, (plus, minus) in zip(ends, ends[::-1], ports, strict=True):
+        # waves are volts: Z0 times currents
         drive = f"v({plus},{minus})"
         lines += _filter(f"y{k}", drive, 1.0, fit.poles, fit.of_y, rate)
-        wave = f"v(y{1 - k}) + {impedance!r}*i(Bport{1 - k})"
+        wave = f"v(y{other}) + {impedance!r}*i(Bport{other})"
         lines += [
             f"Blate{k} in{k} 0 V={{delay({wave}, {delay!r})}}",
             *_filter(f"w{k}", f"v(in{k})", fit.limit, fit.poles, fit.of_w, rate),

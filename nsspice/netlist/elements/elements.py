@@ -22,7 +22,6 @@ _GATE = re.compile(r"^\s*\S+\s+\w+\s*\(|\bdpwr\b|\$g_dpwr|\bio_level\b")
 #: letters of other simulators: what the element is, and what to do
 _UNSUPPORTED = {
     "n": ("Verilog-A device", "write the function as a B element"),
-    "p": ("coupled transmission lines", "use a ladder of R L C sections"),
     "u": ("digital gate", "use A elements, as XSPICE writes them"),
 }
 
@@ -49,10 +48,10 @@ def element(reader: Reader, line: Line) -> Template | InstanceTemplate | CodeTem
         from .transmission import transmission
 
         return transmission(reader, line, items(line))
-    if letter in "oyu" and not (letter == "u" and _GATE.search(line.text)):
-        from .transmission import lossy
+    if letter in "opyu" and not (letter == "u" and _GATE.search(line.text)):
+        from .transmission import coupled, lossy
 
-        return lossy(reader, line, items(line))
+        return (coupled if letter == "p" else lossy)(reader, line, items(line))
     if kind is None and letter != "x":
         raise _unknown(line, letter)
     if letter in "vi" and line.text.count("(") != line.text.count(")"):

@@ -73,6 +73,27 @@ def lossy(reader: Reader, line: Line, items: list[Item]) -> CodeTemplate:
     return CodeTemplate(result.name, result.span, ports, result.model, where, params)
 
 
+def coupled(reader: Reader, line: Line, items: list[Item]) -> CodeTemplate:
+    """Read ``P a1 a2 ... ref b1 b2 ... ref model``."""
+    terminals = Terminals(reader, line, items)
+    plain = [item for item in items[1:] if item.kind != "pair"]
+    count = len(plain) - 1
+    hint = "write Pname a1 a2 ground b1 b2 ground model, with .model model CPL(R= L= C= LENGTH=)"
+    if count < 4 or count % 2:
+        message = f"{terminals.name}: as many nodes at both ends, and a model, are needed"
+        raise Unreadable("NS1008", message, terminals.span, hint)
+    terminals.take_nodes(count)
+    result = terminals.template()
+    terminals.model(result, terminals.next(), hint)
+    params = terminals.params(("len", "length"))
+    nodes = [GROUND.get(node, node) for node in terminals.nodes]
+    half = count // 2
+    near, far = nodes[:half], nodes[half:]
+    ports = tuple(tuple(Port(node, end[-1]) for node in end[:-1]) for end in (near, far))
+    where = result.model_span or result.span
+    return CodeTemplate(result.name, result.span, ports, result.model, where, params)
+
+
 def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
     """Return the elements of a line.
 
@@ -93,13 +114,18 @@ def written_line(item: CodeTemplate, given: dict[str, float]) -> list[str]:
 
 
 def lossless(
-    impedance: float, delay: float, near: tuple[str, str], far: tuple[str, str]
+    impedance: float,
+    delay: float,
+    near: tuple[str, str],
+    far: tuple[str, str],
+    label: str = "",
 ) -> list[str]:
-    """Return the elements of a line without loss between two ports."""
+    """Return the elements of a line without loss; ``label`` is part of the names of its nodes."""
     (a, b), (c, d) = near, far
+    wave = "v({},{}) + {!r}*i({})".format
     return [
-        f"R1 {a} one {impedance!r}",
-        f"B1 one {b} V={{delay(v({c},{d}) + {impedance!r}*i(B2), {delay!r})}}",
-        f"R2 {c} two {impedance!r}",
-        f"B2 two {d} V={{delay(v({a},{b}) + {impedance!r}*i(B1), {delay!r})}}",
+        f"R1{label} {a} one{label} {impedance!r}",
+        f"B1{label} one{label} {b} V={{delay({wave(c, d, impedance, f'B2{label}')}, {delay!r})}}",
+        f"R2{label} {c} two{label} {impedance!r}",
+        f"B2{label} two{label} {d} V={{delay({wave(a, b, impedance, f'B1{label}')}, {delay!r})}}",
     ]

@@ -22,6 +22,11 @@ _TYPES = frozenset(["d", "njf", "pjf", "nmos", "npn", "pmos", "pnp", "lpnp", "vd
 _BRACES = re.compile(r"^(\s*\.model\s+\S+\s+\w+\s*)\{([^{}]*)\}\s*$", re.IGNORECASE)
 #: in_gain = [1 2 3], of a code model
 _VECTOR = re.compile(r"=\s*\[\s*([^\[\]]*?)\s*\]")
+_COUPLED = re.compile(r"\s*\.model\s+\S+\s+cpl\b", re.IGNORECASE)
+#: R = 0.3 0 0.3, of a line of several conductors: the upper triangle of a matrix
+_TRIANGLE = re.compile(
+    r"\b([rlgc])\s*=\s*((?:[-+]?[.\d][\w.]*(?:[-+]\d+\w*)?[\s,]*){3,})", re.IGNORECASE
+)
 _FUNCTION = re.compile(
     r"\s*\.(?:func|param|params)\s+([^\W\d]\w*)\s*\(([^()]*)\)\s*=?\s*", re.IGNORECASE
 )
@@ -115,6 +120,8 @@ def _bracketed(line: Line) -> Line:
     """Return a line with parentheses for the braces of a model, and tables for its vectors."""
     raw = _BRACES.sub(r"\1(\2)", line.raw.rstrip())
     raw = _VECTOR.sub(r"=table(v=\1)", raw)
+    if _COUPLED.match(raw):
+        raw = _TRIANGLE.sub(r" \1=table(v=\2) ", raw)
     if raw == line.raw.rstrip():
         return line
     return Line(raw, line.file, line.number, line.source, line.pieces)

@@ -103,6 +103,8 @@ def _code_model(item: CodeTemplate) -> list[str]:
     if item.own:
         nodes = [node for vector in item.ports for port in vector for node in _ends(item, port)]
         return nodes if item.model == LINE else [*nodes, item.model]
+    if item.name[0] == "p":
+        return [n for v in item.ports for n in (*(p.plus for p in v), v[0].minus)] + [item.model]
     if item.name[0] != "a":  # a line with losses
         ends = [node for (port,) in item.ports for node in (port.plus, port.minus)]
         return [*(ends if item.name[0] != "u" else ends[::2]), item.model]

@@ -196,7 +196,7 @@ def test_source_options() -> None:
         ("J1 a b c jx", "NS1060"),
         ("A1 [a] [b] gate", "NS1060"),
         ("T1 a 0 b 0 z0=50", "NS1008"),
-        ("P1 a 0 b 0 z0=50", "NS1005"),
+        ("N1 a 0 b 0 z0=50", "NS1005"),
         ("?1 a b", "NS1004"),
         ("D1 a 0 dx", "NS1060"),
         ("S1 a 0 b 0", "NS1008"),

@@ -39,7 +39,7 @@ def test_branches_not_taken_are_not_judged() -> None:
         ".model x d(is=\n.if (1)\nQ\n.endif\n.else\nR1 1 0 1\n.endif\nV1 1 0 1\n"
     )
     assert [element.name for element in deck.elements] == ["r1", "v1"]
-    assert codes(".if (1)", "P1 a 0 0 0 mm", ".else", "R1 1 0", ".endif") == ["NS1005"]
+    assert codes(".if (1)", "N1 a 0 0 0 mm", ".else", "R1 1 0", ".endif") == ["NS1005"]
 
 
 def test_branches_are_chosen_in_each_instance() -> None:
