@@ -171,6 +171,21 @@ class Perturbed:
         return [form.reshape(x.shape[0], -1, x.shape[3]) for form in found]
 
 
+def monodromy(tangent: Tangent) -> Floats:
+    """Return what a period makes of perturbations of what is stored at its begin, shape (r, r).
+
+    Rows and columns are those of ``tangent.stored``.
+
+    Raises
+    ------
+    NoDerivative
+        If several guards reach zero at one instant that move differently.
+    """
+    none = Stimuli(np.zeros((tangent.system.n, 0)), {})
+    course = _Course(Perturbed(tangent, none), np.zeros(0, complex), np.zeros(0))
+    return course.end
+
+
 class _Course:
     """What perturbations of the start, and stimuli, become over one period.
 
@@ -261,7 +276,7 @@ class _Course:
         spread = np.zeros((*t.shape, p, p, 2, w))
         for j in range(p):
             spread[:, :, j, j] = own[:, :, j]
-        result: Floats = spread.reshape(steps.size, t.shape[1] * p, -1)
+        result: Floats = spread.reshape(steps.size, t.shape[1] * p, 2 * w * p)
         return result
 
     def _integrate(
@@ -272,6 +287,8 @@ class _Course:
         values: Floats,
     ) -> None:
         """Add the integrals of the outputs over some steps."""
+        if not self.of.outputs.count:
+            return
         record, r = self.of.tangent.record, self.r
         t, own = record.time[steps], 2 * r + 1
         waves = np.exp(-self.at * t[:, :, np.newaxis, np.newaxis])
@@ -296,6 +313,8 @@ class _Course:
 
     def _move(self, k: int, place: int, plain: float, by_rate: float, shift: Floats) -> None:
         """Add what a shift of a place of a step brings: the outputs there, weighted."""
+        if not self.of.outputs.count:
+            return
         wave = np.exp(-self.at * self.of.tangent.record.time[k, place])
         weight = wave * (plain + by_rate * self.at)
         for nominal, factor in zip(self.of.outputs.values(k, place), (1.0, self.at), strict=True):

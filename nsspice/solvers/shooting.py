@@ -1,4 +1,4 @@
-"""Periodic orbits of systems with smooth elements, by Newton-Krylov shooting on controlled steps.
+"""Periodic orbits of systems with smooth elements, by shooting on controlled steps.
 
 The map :math:`P` of the stored charges and fluxes over one period is computed by steps of order 4
 with error control, much finer than a run's.  In coordinates :math:`y` in which all stores count by
@@ -6,13 +6,18 @@ their energy, every step of Newton's method solves
 
 .. math::
 
-    (I - \\Phi)\\, \\delta = P(y) - y, \\qquad
-    \\Phi v \\approx \\frac{P(y + \\epsilon v) - P(y)}{\\epsilon},
+    (I - \\Phi)\\, \\delta = P(y) - y, \\qquad \\Phi = \\frac{\\partial P}{\\partial y},
 
+with the derivative of the computed steps themselves, events and jumps included.  :math:`P` is
+smooth as long as the same elements turn in the same order.  A step that leads to another order and
+no nearer ends just beyond where the order changes, since the derivative there is that of the other
+side (J. Katzenelson, "An algorithm for solving nonlinear resistor networks", Bell Syst. Tech. J. 44
+(1965) 1605).
+
+Where the period is not known, or several elements turn at one instant, differences of periods serve
 in a space of few directions: those in which the residual lies and their images.  What parasitics
 store is forgotten within a period (:math:`\\Phi v \\approx 0`), so that the space grows to about
-the number of slow stores, and it serves for later steps too.  The differences go across switchings,
-jumps and located events, of any kind.
+the number of slow stores, and it serves for later steps too.
 
 References: R. Telichevesky, K. S. Kundert, J. K. White, "Efficient steady-state analysis based on
 matrix-free Krylov-subspace methods", Proc. 32nd DAC (1995) 480, doi:10.1145/217474.217574; T. J.
@@ -27,254 +32,32 @@ from dataclasses import replace
 import numpy as np
 
 from ..problems.csc import Floats
-from ..problems.descriptor import DescriptorSystem, Functional
-from .intervals import Intervals, joined
-from .moreau import function_slopes
-from .orbit import Complexes, Found, NoOrbit, State
-from .sdirk import Accuracy, SdirkStepper
+from .orbit import Complexes, Found, NoDerivative, NoOrbit, State
+from .perturbed import monodromy
+from .stepped_map import Period, StepMap
 from .stepper import UnsolvedStep
+from .tangent import Tangent
 
-#: how much finer steps are than those of a run: (I - Phi)^-1 enlarges their errors by the time
-#: constants in periods
-FINER = 1e-3
 _CLOSE = 0.1  # last step of Newton's method in units of a run's tolerance
-_LONGEST = 50  # steps in a period at least
 _SOLVED = 0.01  # part of the residual that may be left by the linear equations
 _SPACE = 24  # directions at most
-_STEPS = 12  # of Newton's method, then more periods are run
+_STEPS = 24  # of Newton's method, then more periods are run
 _MORE = (16, 64, 256, 1024)
 _STEADY = 1e-2  # relative change of the residual over 64 periods below which it is a drift
 _SLOWER = 0.3  # reduction of the residual by a step below which old directions serve again
-_HALVINGS = 5
+_SHORTER = 0.25  # parts of a step that are tried one after the other
+_PARTS = 5
 _LEAPS = 3  # of one search
+_BISECTIONS = 7  # between two orders of events
+_FINDS = 24  # between always on and always off
 _LAST = 8  # periods whose ends are extrapolated
 _CYCLES = 3  # of extrapolation
-_LEAST = 0.1  # part of the largest voltage or current that is taken for the size of another one
 _FARTHEST = 100.0  # times what the settling periods have reached, where an orbit is looked for
 _NOISE = 4.0  # residual in units of the error of a step, below which it is noise
-_EARLY = 0.2  # part of a period within which no crossing of the trigger ends one
-_FIRST_SEARCH, _LAST_SEARCH = 1e-9, 1e4  # [s]
-_CROSSINGS = 3  # before a period is known
 _WIDER = 4.0  # differences that show errors
+_COARSER = 16.0  # of tolerances, which steps of order 4 meet with half as many
 #: multipliers below this are not distinguished from zero
 UNSEEN = 1e-4
-
-
-def finer(reltol: float) -> float:
-    """Return the error of one step where a period has to close.
-
-    Examples
-    --------
-    >>> round(finer(1e-5), 12)
-    1e-08
-    """
-    # some hundred units of rounding are the least that a step can be asked for
-    return max(min(reltol, 1e-4) * FINER, 1e-13)
-
-
-class StepMap:
-    """The map of stored charges to those after one period, by controlled steps.
-
-    Parameters
-    ----------
-    system : DescriptorSystem
-        Sources repeat with the period.
-    period : float or None
-        [s]; None if the last switch is a trigger (:func:`~nsspice.solvers.orbit.with_trigger`).
-    accuracy : Accuracy
-        Of a run; the map is ``FINER``.
-    """
-
-    def __init__(self, system: DescriptorSystem, period: float | None, accuracy: Accuracy) -> None:
-        self.system, self.period = system, period
-        self.accuracy = accuracy
-        self.fine = replace(
-            accuracy,
-            reltol=finer(accuracy.reltol),
-            vntol=accuracy.vntol * FINER,
-            abstol=accuracy.abstol * FINER,
-        )
-        self.triggered = period is None
-        #: of the last run [s]
-        self.length = period or 0.0
-        self.periods = 0
-        #: unknowns at the end of the last run
-        self.point = np.zeros(system.n)
-        #: the largest unknowns of the settling periods
-        self.largest = np.zeros(system.n)
-        count = 0 if system.smooth is None else system.smooth.tape.outputs.size
-        self._outputs = [
-            *(Functional(z=((j, 1.0),)) for j in range(system.n)),
-            *(Functional(f=((k, 1.0),)) for k in range(count)),
-        ]
-        self._with: dict[tuple[bool, ...], DescriptorSystem] = {}
-
-    def _stepper(
-        self, start: State, accuracy: Accuracy, stop: float, record: float = 0.0
-    ) -> SdirkStepper:
-        """Return a stepper at the begin of a run to ``stop``."""
-        key = tuple(start.gates)
-        system = self._with.get(key)
-        if system is None:
-            pairs = zip(self.system.switches, key, strict=True)
-            closed = [replace(s, closed=gate != s.inverted) for s, gate in pairs]
-            system = self._with[key] = replace(self.system, switches=tuple(closed))
-        stepper = SdirkStepper(system, self._outputs, accuracy)
-        longest = min(stop, self.length or stop) / _LONGEST
-        if record:
-            longest = min(longest, record)
-            stepper.record_all()
-        # a settling run shows how large unknowns become
-        rows = stop if accuracy is self.fine else longest
-        stepper.plan(0.0, stop, longest, 0.0, rows)
-        stepper.start_charges(0.0, start.energy, longest)
-        return stepper
-
-    def _state(self, row: Floats, stepper: SdirkStepper) -> State:
-        """Return the state at an output point."""
-        n, smooth = self.system.n, self.system.smooth
-        self.point = row[1 : 1 + n].copy()
-        charges = self.system.E.dot(self.point)
-        if smooth is not None:
-            charges = charges + smooth.Q.dot(row[1 + n :])
-        return State(charges, list(stepper.gates))
-
-    def _see(self, rows: Floats) -> None:
-        unknowns = np.abs(rows[:, 1 : 1 + self.system.n])
-        self.largest = np.maximum(self.largest, unknowns.max(axis=0, initial=0.0))
-
-    def stored(self, change: Floats) -> Floats:
-        """Return what a change of the unknowns (n,) at ``point`` stores more, to first order."""
-        found: Floats = self.system.E.dot(change)
-        smooth = self.system.smooth
-        if smooth is not None and smooth.Q.data.size:
-            found = found + smooth.Q.dot(self._slopes() @ change)
-        return found
-
-    def _slopes(self) -> Floats:
-        assert self.system.smooth is not None
-        u = np.zeros((1, len(self.system.waveforms)))
-        tape = self.system.smooth.tape
-        slopes: Floats = function_slopes(tape, self.point[np.newaxis], u, np.zeros(1))[0]
-        return slopes
-
-    def stores(self) -> tuple[Floats, Floats]:
-        """Return what each row stores per unit of its unknown, and the sizes of the unknowns.
-
-        What is small all the time has a part of the largest voltage or current as its size.
-        """
-        smooth = self.system.smooth
-        own = np.abs(self.system.E.diagonal())
-        if smooth is not None and smooth.Q.data.size:
-            slopes, Q = self._slopes(), smooth.Q
-            np.add.at(own, Q.indices, np.abs(Q.data * slopes[Q.columns, Q.indices]))
-        size = self.largest.copy()
-        for kind in (0, 1):
-            alike = self.system.row_kind == kind
-            size[alike] = np.maximum(size[alike], _LEAST * size[alike].max(initial=0.0))
-        return own, np.where(size > 0.0, size, 1.0)
-
-    def run(self, start: State, periods: int = 1, fine: bool = True) -> State:
-        """Return the state some periods later.
-
-        Raises
-        ------
-        UnsolvedStep
-            If the laws have no solution.
-        NoOrbit
-            If the trigger does not come.
-        """
-        self.periods += periods
-        accuracy = self.fine if fine else self.accuracy
-        if self.triggered:
-            return self._to_trigger(start, periods, accuracy)
-        assert self.period is not None
-        return self._finish(self._stepper(start, accuracy, periods * self.period))
-
-    def recorded(self, start: State, period: float, longest: float) -> Intervals:
-        """Return all steps of one period [s], none of them longer than ``longest`` [s].
-
-        Raises
-        ------
-        UnsolvedStep
-            If the equations have no solution.
-        """
-        stepper = self._stepper(start, self.fine, period, longest)
-        parts, done = [], False
-        while not done:
-            _, done = stepper.advance(64)
-            parts.append(Intervals.of(stepper.take_intervals()))
-        return joined(parts)
-
-    def margins(self, start: State) -> tuple[State, Floats, Floats]:
-        """Return the state a period later, and how far each switch is from acting meanwhile.
-
-        Distances of the controls from the threshold at the nearest, ``nan`` for switches that act,
-        and how far the controls swing, shape (switches,) each.
-        """
-        self.periods += 1
-        assert self.period is not None
-        stepper = self._stepper(start, self.accuracy, self.period)
-        tables, done = [], False
-        while not done:
-            rows, done = stepper.advance(64)
-            tables.append(rows[:, 1 : 1 + self.system.n].copy())
-        z = np.vstack(tables)
-        pairs = set(stepper.events[1].tolist())
-        found = []
-        for switch, above in zip(self.system.switches, stepper.gates, strict=True):
-            control = sum(factor * z[:, j] for j, factor in switch.control) + np.zeros(len(z))
-            low, high = float(control.min()), float(control.max())
-            distance = low - switch.off_below if above else switch.on_above - high
-            found.append((math.nan if switch.pair in pairs else distance, high - low))
-        distances, swings = np.array(found).reshape(-1, 2).T
-        return self._state(rows[-1], stepper), distances, swings
-
-    def settled(self, start: State, time: float) -> State:
-        """Return the state after running for a time [s], regardless of the trigger."""
-        return self._finish(self._stepper(start, self.accuracy, time))
-
-    def _finish(self, stepper: SdirkStepper) -> State:
-        while True:
-            rows, done = stepper.advance(64)
-            if stepper.accuracy is not self.fine:
-                self._see(rows)
-            if done:
-                return self._state(rows[-1], stepper)
-
-    def _to_trigger(self, start: State, periods: int, accuracy: Accuracy) -> State:
-        """Run until the trigger has come so often that the last two show the period."""
-        known, wanted = self.length, periods if self.length else periods + _CROSSINGS
-        limit = 4.0 * (periods + 1) * known if known else _FIRST_SEARCH
-        while limit <= _LAST_SEARCH:
-            found = self._until(start, wanted, limit, accuracy)
-            if found is not None:
-                return found
-            limit *= 10.0
-        raise NoOrbit("trigger", 0.0)
-
-    def _until(self, start: State, wanted: int, limit: float, accuracy: Accuracy) -> State | None:
-        """Return the state at a crossing of the trigger; None if it does not come in time."""
-        stepper = self._stepper(start, accuracy, limit)
-        stepper.show_all_points(0.0)
-        pair = self.system.switches[-1].pair
-        last, count, seen, done = 0.0, 0, 0, False
-        while not done:
-            rows, done = stepper.advance(1)
-            if stepper.accuracy is not self.fine:
-                self._see(rows)
-            times, pairs, on = stepper.events
-            fresh = np.arange(seen, times.size)
-            seen = times.size
-            hits = times[fresh][(pairs[fresh] == pair) & on[fresh]]
-            if not hits.size or hits[-1] - last <= _EARLY * self.length:
-                continue
-            length, last = float(hits[-1]) - last, float(hits[-1])
-            count += 1
-            if count == wanted:
-                self.length = length
-                return self._state(rows[-1], stepper)
-        return None
 
 
 class _Space:
@@ -319,6 +102,10 @@ class _Search:
             roots = np.sqrt(charges * largest[self.rows])
             self.parts = roots / float(np.linalg.norm(roots))
         self.scale = charges / self.parts
+        #: of the last image
+        self.period: Period | None = None
+        #: where the search has ended
+        self.phi: Floats | None = None
         self.steps = 0
         #: relative residual, and size of the step that would be next
         self.residual, self.error = 0.0, 0.0
@@ -334,10 +121,30 @@ class _Search:
         return State(charges, self.gates)
 
     def image(self, y: Floats) -> Floats:
-        """Return P(y)."""
-        end = self.map.run(self.state(y))
+        """Return P(y); its steps are kept if the period is known."""
+        start, period = self.state(y), self.map.period
+        if period is None:
+            end = self.map.run(start)
+        else:
+            self.period = self.map.recorded(start, period, period)
+            end = self.period.end
         self.gates = end.gates
         return self.y(end)
+
+    def derivative(self) -> Floats | None:
+        """Return Phi where the last image began, None if it is not known."""
+        if self.period is None:
+            return None
+        system = self.map.system
+        tangent = Tangent(system, self.period.steps, self.period.begin.energy)
+        try:
+            found = monodromy(tangent)
+        except NoDerivative:
+            return None
+        whole = np.zeros((system.n, system.n))
+        whole[np.ix_(tangent.stored, tangent.stored)] = found
+        phi: Floats = whole[np.ix_(self.rows, self.rows)] * self.scale / self.scale[:, np.newaxis]
+        return phi if np.isfinite(phi).all() else None
 
     def difference(self, y: Floats, end: Floats, v: Floats, part: float) -> Floats:
         """Return Phi v by a difference, of both sides if there is no ``end``.
@@ -371,21 +178,23 @@ class _Search:
             if size > farthest:
                 break  # next to it all that a period does is small
             quiet = now <= _NOISE * tolerance * size
-            c, rest = space.split(residual)
-            while np.linalg.norm(rest) > max(_SOLVED * now, 0.5 * tolerance * size):
-                v = space.outside(rest)
-                if v is None or space.V.shape[1] >= min(_SPACE, y.size):
-                    break
-                # half the digits of a run: curvature and errors of steps take the same part
-                space.add(v, self.difference(y, end, v, math.sqrt(tolerance)))
-                c, rest = space.split(residual)
-            # what is left lies where a period forgets
-            step = space.V @ c + rest
+            phi = self.derivative()
+            if phi is None:
+                step = self._by_differences(y, end, space)
+            else:
+                # what the steps do not distinguish from 1 stays
+                matrix = np.eye(y.size) - phi
+                step = np.linalg.lstsq(matrix, residual, rcond=tolerance)[0].astype(np.float64)
             self.residual, self.error = now / size, float(np.linalg.norm(step)) / size
             if quiet and (self.error <= close or now > 0.5 * before):
+                self.phi = phi
                 return y
             self.steps += 1
             before = now
+            across = None if phi is None or quiet else self._across(y, step, now)
+            if across is not None:
+                y, end = across
+                continue
             y, end, after = self._damped(y, end, step, now, quiet)
             if math.isinf(after) and leaps < _LEAPS:
                 # a period changes this state by the same amount again and again
@@ -395,6 +204,55 @@ class _Search:
             if after > _SLOWER * now:
                 space = _Space(y.size)
         raise NoOrbit("search", self.residual)
+
+    def _by_differences(self, y: Floats, end: Floats, space: _Space) -> Floats:
+        """Return the step of Newton's method by differences along few directions."""
+        tolerance, residual = self.map.fine.reltol, end - y
+        size = float(np.linalg.norm(residual))
+        most = max(_SOLVED * size, 0.5 * tolerance * self.size(y, end))
+        c, rest = space.split(residual)
+        while np.linalg.norm(rest) > most:
+            v = space.outside(rest)
+            if v is None or space.V.shape[1] >= min(_SPACE, y.size):
+                break
+            # half the digits of a run: curvature and errors of steps take the same part
+            space.add(v, self.difference(y, end, v, math.sqrt(tolerance)))
+            c, rest = space.split(residual)
+        # what is left lies where a period forgets
+        return np.asarray(space.V @ c + rest)
+
+    def _across(self, y: Floats, step: Floats, now: float) -> tuple[Floats, Floats] | None:
+        """Return a point along a step, and its end: just beyond where the order of events changes.
+
+        The whole step if it leads nearer; None if the order stays.
+        """
+        here, low, high = self.period, 0.0, 1.0
+        assert here is not None
+        try:
+            found, end, there = self._tried(y + step)
+            if np.linalg.norm(end - found) <= 0.5 * now:
+                return found, end
+            if there.alike(here):
+                return None
+            for k in range(_FINDS):
+                if k >= _BISECTIONS and (here.events or there.events):
+                    break
+                middle = 0.5 * (low + high)
+                trial, after, period = self._tried(y + middle * step)
+                if period.alike(here):
+                    low = middle
+                else:
+                    found, end, there, high = trial, after, period, middle
+        except (UnsolvedStep, NoOrbit):
+            return None
+        self.period, self.gates = there, there.end.gates
+        return found, end
+
+    def _tried(self, y: Floats) -> tuple[Floats, Floats, Period]:
+        """Return a point, where it leads, and its period."""
+        end = self.image(y)
+        assert self.period is not None
+        return y, end, self.period
 
     def even(self, y: Floats) -> bool:
         """Return whether each store is as near to the orbit, for its own size, as a run would be.
@@ -436,17 +294,17 @@ class _Search:
     ) -> tuple[Floats, Floats, float]:
         """Return a point along a step from which a period changes less, and what it leads to."""
         share = 1.0
-        for _ in range(_HALVINGS):
+        for _ in range(_PARTS):
             trial = y + share * step
             try:
                 after = self.image(trial)
             except (UnsolvedStep, NoOrbit):
-                share *= 0.25
+                share *= _SHORTER
                 continue
             left = float(np.linalg.norm(after - trial))
             if quiet or left <= (1.0 - 0.1 * share) * now:
                 return trial, after, left
-            share *= 0.25
+            share *= _SHORTER
         return end, self.image(end), math.inf  # no descent: where the run itself leads
 
     def size(self, *points: Floats) -> float:
@@ -456,8 +314,11 @@ class _Search:
     def multipliers(self, y: Floats) -> tuple[Complexes, Floats, float]:
         """Return the Floquet multipliers above their error, directions of those at 1, the error.
 
-        By Arnoldi's method from a direction in which all stores take part.
+        By Arnoldi's method from a direction in which all stores take part, where the derivative is
+        not known.
         """
+        if self.phi is not None and self.period is not None:
+            return self._multipliers(self.phi, self._uncertainty(y, self.phi))
         part = math.sqrt(self.map.fine.reltol)
         own, none = _Space(y.size), np.zeros(0)
         v = own.outside(self._stored(np.cos(1.0 + np.arange(self.map.system.n))))
@@ -480,6 +341,39 @@ class _Search:
         error = max(UNSEEN, error)
         free = np.real(own.V @ vectors[:, np.abs(values - 1.0) <= error]).T
         return values[np.abs(values) > error], free, error
+
+    def _uncertainty(self, y: Floats, phi: Floats) -> float:
+        """Return by how much Phi may be off: steps so much coarser err by so much more."""
+        found, fine = None, self.map.fine
+        self.map.fine = replace(fine, reltol=_COARSER * fine.reltol)
+        try:
+            self.image(y)
+            found = self.derivative()
+        except UnsolvedStep:
+            pass  # the finer ones had a solution
+        finally:
+            self.map.fine = fine
+        if found is None:
+            return UNSEEN
+        return float(np.linalg.norm(found - phi, 2)) / (_COARSER - 1.0)
+
+    def _multipliers(self, phi: Floats, uncertainty: float) -> tuple[Complexes, Floats, float]:
+        """Return what :meth:`multipliers` does, of a derivative.
+
+        An error of the matrix counts by the inverse of the cosine between the eigenvectors of
+        either side (G. H. Golub, C. F. Van Loan, Matrix Computations (2013), section 7.2.2).
+        """
+        import scipy.linalg
+
+        values, left, right = scipy.linalg.eig(phi, left=True)
+        order = np.argsort(-np.abs(values), kind="stable")
+        values, left, right = values[order], left[:, order], right[:, order]
+        cosine = np.abs(np.sum(left.conj() * right, axis=0))
+        with np.errstate(divide="ignore"):
+            errors = max(uncertainty, self.map.fine.reltol) / cosine
+        seen = np.abs(values) > np.maximum(errors, UNSEEN)
+        free = np.real(right[:, seen & (np.abs(values - 1.0) <= errors)]).T
+        return values[seen].astype(np.complex128), free, float(errors[seen].max(initial=UNSEEN))
 
     def _stored(self, factors: Floats) -> Floats:
         """Return coordinates of what unknowns store that differ by parts of their sizes (n,)."""

@@ -21,7 +21,7 @@ from ...dataclass import dataclass
 from ...errors import Diagnostic, StepError
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.orbit import NoOrbit
-from ...solvers.shooting import finer
+from ...solvers.stepped_map import finer
 from ..request.cards import Tran
 from ..request.controller import Controller
 from ..request.period import common, is_multiple

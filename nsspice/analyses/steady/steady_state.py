@@ -25,7 +25,8 @@ from ...solvers.orbit import (
     with_trigger,
 )
 from ...solvers.sdirk import Accuracy
-from ...solvers.shooting import StepMap, find_stepped_orbit, finer
+from ...solvers.shooting import find_stepped_orbit
+from ...solvers.stepped_map import StepMap, finer
 from ...solvers.stepper import UnsolvedStep
 from ..averages.integrals import Course, Integrals
 from ..certificate.failure import named_failure

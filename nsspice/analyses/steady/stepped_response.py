@@ -15,8 +15,8 @@ import numpy as np
 from ...problems.descriptor import Functional
 from ...solvers.orbit import NoDerivative, State
 from ...solvers.perturbed import Perturbed
-from ...solvers.shooting import StepMap
 from ...solvers.step_maps import Stimuli
+from ...solvers.stepped_map import StepMap
 from ...solvers.tangent import Tangent
 from ..signals.curve import Floats
 from .linearised import Complexes
@@ -104,7 +104,7 @@ class SteppedResponse:
         gates = orbit.found.state.gates[: len(orbit.mna.system.switches)]
         try:
             state = State(orbit.found.charges, gates)
-            record = step_map.recorded(state, period, min(longest, period))
+            record = step_map.recorded(state, period, min(longest, period)).steps
             tangent = Tangent(orbit.mna.system, record, orbit.found.charges)
             made = Perturbed(tangent, self.stimuli, self.outputs)
         except NoDerivative as problem:
