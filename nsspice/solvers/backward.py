@@ -45,6 +45,8 @@ class Backward:
         Derivatives by what is stored at the end.
     wraps : bool
         The end is the beginning: an edge there is one of the run.
+    ending : ndarray, shape (n + m, f), optional
+        Derivatives by the unknowns and multipliers at the end.
 
     Attributes
     ----------
@@ -63,10 +65,11 @@ class Backward:
         goal: Goal,
         end: Floats,
         wraps: bool,
+        ending: Floats | None = None,
     ) -> None:
         self.tangent, self.outputs, self.goal = tangent, outputs, goal
         record = tangent.record
-        self.f = end.shape[1]
+        self.f, self._ending = end.shape[1], ending
         self.turns: list[Turn] = []
         self.instants: list[tuple[float, Floats]] = []
         self._parts: list[Points] = []
@@ -127,12 +130,15 @@ class Backward:
         for j in range(g - 1, -1, -1):
             k = int(steps[j])
             last = s - 2 if self.whole[k] else s - 1
-            if k + 1 < record.begin.size and (tangent.turns[k + 1] or self.goal.edges[k + 1]):
+            more = None
+            if k + 1 == record.begin.size:
+                more = self._ending
+            elif tangent.turns[k + 1] or self.goal.edges[k + 1]:
                 assert shift is not None
                 more = self._event(k, shift)
-                if more is not None:
-                    eta[j, last] += K[j, last] @ more
-                    offsets[j, last] += (K[j, last] @ more)[stored] / a[j, last]
+            if more is not None:
+                eta[j, last] += K[j, last] @ more
+                offsets[j, last] += (K[j, last] @ more)[stored] / a[j, last]
             own_rates = record.inner[k, -1, :, np.newaxis, np.newaxis] * self._charges
             own_rates[last] += self._rates
             charges, end = self._charges, self._charges
@@ -154,8 +160,8 @@ class Backward:
                 self._rates = own_rates[0]
             inferred = own_rates[0] if not known and not self.starting[k] else None
             if inferred is not None or tangent.jumps[k] or k in self.goal.begins:
-                more = self._at_begin(k, inferred)
-                shift = None if shift is None else shift + more
+                moved = self._at_begin(k, inferred)
+                shift = None if shift is None else shift + moved
         eta += T @ rates
         self._keep(steps, real, eta, bases, weights)
         return shift

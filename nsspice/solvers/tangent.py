@@ -256,15 +256,20 @@ class Tangent:
         return rates
 
     def motion(self, k: int) -> Floats:
-        """Return the rates of unknowns and multipliers at the end of step k, shape (n + m,)."""
-        r, n = self.record, self.system.n
-        slopes = self.slopes(r.z[k, -1:], r.u[k, -1:], r.end[k : k + 1])
-        a = INSTANT * self.length[k : k + 1]
+        """Return the rates of unknowns and multipliers at the end of step k, shape (n + m,).
+
+        Of two instants, one half as long, whose lengths are extrapolated to none.
+        """
+        r, n, both = self.record, self.system.n, [k, k]
+        slopes = self.slopes(r.z[both, -1], r.u[both, -1], r.end[both])
+        a = INSTANT * self.length[k] * np.array([1.0, 0.5])
         rates = self.source_rates(k)[-1]
         timed = slopes.by_time[0] + slopes.by_source[0] @ rates
-        rhs = self.system.S.dot(rates) - self.F @ timed + (self.r[k, -1] - self.Q @ timed) / a
-        found: Floats = self.inverse(slopes, self.modes[k, -1:], a)[0, :, :n] @ rhs
-        return found
+        flows = self.system.S.dot(rates) - self.F @ timed
+        kept = self.r[k, -1] - self.Q @ timed
+        inverse = self.inverse(slopes, self.modes[both, -1], a)[:, :, :n]
+        whole, half = (m @ (flows + kept / length) for m, length in zip(inverse, a, strict=True))
+        return np.asarray(2.0 * half - whole)
 
     def guard(self, k: int) -> Guard | None:
         """Return the guard that reaches zero at the end of step k; None if none does.

@@ -8,6 +8,7 @@ for one parameter or a hundred.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ...netlist.deck import TranCard
 from ...problems.tape import Tape
 from ...solvers.modewise import NotModewise, refusal
 from ...solvers.orbit import NoDerivative, PeriodMap, State
+from ...solvers.shooting import finer
 from ...solvers.stepper import UnsolvedStep
 from ..averages.integrable_run import integrals_of
 from ..averages.integrals import Integrals
@@ -46,6 +48,8 @@ from .variation import Decks, Parameter, apart, of_cards, of_island, with_value
 _TIE = 1e-6
 #: of a run: what is added to it
 _BEYOND = 2.0**-30
+#: tolerance of a run whose steps close a free period
+_CLOSED = 1e-8
 
 
 class Differentiated:
@@ -62,6 +66,8 @@ class Differentiated:
         None of a periodic steady state.
     request : Request
         With its conditions.
+    trigger : str or None
+        Signal that ends a free period.
     """
 
     def __init__(
@@ -71,9 +77,10 @@ class Differentiated:
         integrals: Integrals | None,
         analysis: Tran | None,
         request: Request,
+        trigger: str | None = None,
     ) -> None:
         self._circuit, self._solution, self._integrals = circuit, solution, integrals
-        self._analysis, self._request = analysis, request
+        self._analysis, self._request, self._trigger = analysis, request, trigger
         self._linear = Linearised(circuit, solution)
         self._traced: Traced | None = None
 
@@ -246,9 +253,17 @@ class Differentiated:
             raise undone("it cannot be run once more", "the run")
         periodic = self._analysis is None
         beginning = again.beginnings[home] if again.beginnings else None
-        course = Course(again.analysis, again.settings, beginning, periodic)
+        settings, trigger = again.settings, None
         changed = _continued if periodic else _as_it_is
-        mna = self._assembled(home, course.analysis)
+        mna = self._assembled(home, again.analysis)
+        if self._trigger is not None:
+            ((where, local_name, _),) = self._circuit.parts(self._trigger)
+            if where != home:
+                raise undone("another part of the circuit ends the period", "trigger=")
+            # steps do not know the period as exactly as they found it
+            settings = replace(settings, reltol=min(settings.reltol, finer(_CLOSED)))
+            trigger = mna.functional(local_name)
+        course = Course(again.analysis, settings, beginning, periodic, trigger)
         mna = changed(apart(self._circuit, home, mna, mna.layout.conditions))
         names = list(dict.fromkeys(part for terms in local.values() for part, _ in terms))
         changes = self._changes(decks, parameters, home, mna, names)
@@ -265,14 +280,17 @@ class Differentiated:
         try:
             aims = Aims([goal_of(f, local, names, near, stop) for f in functionals], stop)
             acting = driven(mna, names, changes, stop)
-            periods = np.zeros(len(parameters))
-            if periodic:
+            periods = np.array([numbers.get(("level",), 0.0) for numbers in cards])
+            if periodic and trigger is None:
                 periods += [period_by(mna.system.waveforms, change, stop) for change in changes]
+            run = SteppedRun(self._circuit, mna, course, acting, names, aims.marks())
+            found = run.derivatives(aims, changes, periods, parameters, tape_at)
+            if trigger is not None:
+                found, periods = found[:-1], found[-1]
             for numbers, slope in zip(cards, periods.tolist(), strict=True):
                 if slope:
                     numbers["stop",] = slope
-            run = SteppedRun(self._circuit, mna, course, acting, names, aims.marks())
-            return run.derivatives(aims, changes, periods, parameters, tape_at)
+            return found
         except NotDifferentiable as why:
             raise undone(str(why), "a source") from None
         except NoDerivative as problem:
@@ -322,9 +340,8 @@ def differentiated(
     """
     request = Request(values=values)
     if not isinstance(card, TranCard):
-        if solution.periodic is not None and solution.periodic.free:
-            raise undone("circuits with a free period are not differentiated", "trigger=")
-        return Differentiated(circuit, solution, solution.integrals, None, request)
+        integrals = solution.integrals if card.trigger is None else None
+        return Differentiated(circuit, solution, integrals, None, request, card.trigger)
     if card.orbit:
         raise undone("a transient that begins in the steady state is not differentiated", ".tran")
     settings = request.settings(circuit.deck)

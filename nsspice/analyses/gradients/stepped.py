@@ -19,7 +19,7 @@ from ...circuit import Circuit, MnaSystem
 from ...devices.sources.waveform import initial_value
 from ...errors import Diagnostic, UsageError
 from ...problems.csc import Csc
-from ...problems.descriptor import Waveform
+from ...problems.descriptor import Functional, Waveform
 from ...problems.tape import CODES
 from ...solvers.along_run import Points, at_rest
 from ...solvers.backward import Backward
@@ -60,12 +60,15 @@ class Course:
         Of an orbit.
     periodic : bool
         It is one period of an orbit.
+    trigger : Functional or None
+        What ends a free period, as a combination of unknowns.
     """
 
     analysis: Tran
     settings: Settings
     beginning: Beginning | None
     periodic: bool
+    trigger: Functional | None = None
 
 
 class _Stepper(SdirkStepper):
@@ -154,15 +157,26 @@ class SteppedRun:
         parameters: Sequence[Parameter],
         tape_at: TapeAt,
     ) -> Floats:
-        """Return derivatives of functionals by parameters, shape (functionals, parameters)."""
+        """Return derivatives of functionals by parameters, shape (functionals, parameters).
+
+        ``periods`` are those of the period, or of the level that ends a free one, which is then the
+        last functional.
+        """
         tangent, stop = self.tangent, self.course.analysis.stop
         goal = aims.goal(tangent, self.outputs, self.mna.system.waveforms, self.periodic)
-        count, r = goal.shifts.shape[1], tangent.stored.size
+        asked, r = goal.shifts.shape[1], tangent.stored.size
+        free = self.course.trigger is not None
+        count = asked + free  # a free period is one more functional
         if self.periodic:
-            goal = goal.widened(r)
+            goal = goal.widened(free + r)
         end = np.zeros((r, goal.shifts.shape[1]))
         end[:, count:] = np.eye(r)[:, : end.shape[1] - count]
-        back = Backward(tangent, self.outputs, goal, end, self.periodic)
+        # by the instant of the end
+        late = tangent.r[-1, -1, tangent.stored] @ end
+        late[asked:count] = 1.0
+        instant, by_level = self._instant_of_end() if free else (None, 0.0)
+        ending = None if instant is None else np.outer(instant, late)
+        back = Backward(tangent, self.outputs, goal, end, self.periodic, ending)
         points, turns, instants = back.points, back.turns, back.instants
         found = np.zeros((count, len(changes)))
         if self.periodic:
@@ -170,7 +184,8 @@ class SteppedRun:
             points = points.combined(mix)
             turns = [replace(turn, by=turn.by @ mix) for turn in turns]
             instants = [(t, by @ mix) for t, by in instants]
-            found += np.outer(tangent.r[-1, -1, tangent.stored] @ mix[count:], periods)
+            # of a free period: by the level that ends it
+            found += np.outer(late @ mix, by_level * periods if free else periods)
         else:
             points = self._begin(points, back.begin, changes, found)
         acts = Acting(self.acting, self.tangent, points, turns)
@@ -184,6 +199,16 @@ class SteppedRun:
             own = [(t, float(by[k])) for t, by in sorted(instants, key=lambda item: item[0])]
             found[k] += moved_instants(self.mna.system.waveforms, changes, own, stop, self.periodic)
         return found
+
+    def _instant_of_end(self) -> tuple[Floats, float]:
+        """Return how the end of a free period depends on the unknowns and on its level [s]."""
+        assert self.course.trigger is not None
+        tangent = self.tangent
+        row = np.zeros(tangent.system.n + tangent.system.m)
+        for j, factor in self.course.trigger.z:
+            row[j] += factor
+        rate = float(row @ tangent.motion(tangent.record.begin.size - 1))
+        return -row / rate, 1.0 / rate
 
     def _restored(self, begin: Floats, count: int) -> Floats:
         """Return derivatives by what is stored at the end of a period, shape (r, functionals)."""

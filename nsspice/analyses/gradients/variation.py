@@ -280,4 +280,6 @@ def on_cards(deck: Deck, analysis: str) -> Numbers:
             found["stop",] = analysis_card.tstop
         elif isinstance(analysis_card, PssCard) and analysis_card.period and analysis == "pss":
             found["stop",] = analysis_card.period
+        elif isinstance(analysis_card, PssCard) and analysis_card.trigger and analysis == "pss":
+            found["level",] = analysis_card.level
     return found

@@ -171,6 +171,45 @@ def test_a_steady_state_with_junctions() -> None:
     assert along == pytest.approx(difference, rel=2e-6)
 
 
+FREE = """hysteretic buck
+.param l=40u c=47u r=3 vin=12 vt=5 vh=50m level=2
+V1 in 0 {vin}
+S1 in sw ref fb sm
+VR ref 0 {vt}
+.model sm SW(RON=0.05 ROFF=1meg VT=0 VH={vh})
+D1 0 sw dm
+.model dm D(Ron=10m Vfwd=0.4)
+L1 sw x {l}
+RX x out 30m
+C1 out 0 {c}
+R1 out 0 {r}
+R2 out fb 1k
+R3 x fb 100k
+.pss trigger=i(L1) level={level}
+.measure pss mean avg v(out)
+.measure pss ripple pp i(l1)
+"""
+
+
+def test_a_free_period() -> None:
+    """Whose end moves with everything; the level that ends it is a point of the same orbit."""
+    found = nsspice.gradient(nsspice.read(FREE))
+    values = dict(found.parameters)
+    for row in found.derivatives.values():
+        assert abs(row.pop("level")) * values["level"] < 1e-7
+    values.pop("level")
+
+    def measured(share: float) -> np.ndarray:
+        moved = {p: v * (1.0 + share) for p, v in values.items()}
+        (solution,) = nsspice.read(FREE, params=moved).run()
+        return np.array([solution.measures[name] for name in found.measures])
+
+    # the exact engine errs by rounding: a difference over 1e-3, extrapolated, is good to 1e-10
+    wide, fine = ((measured(h) - measured(-h)) / (2.0 * h) for h in (1e-3, 5e-4))
+    along = [sum(d * values[p] for p, d in row.items()) for row in found.derivatives.values()]
+    assert along == pytest.approx((4.0 * fine - wide) / 3.0, rel=1e-7)
+
+
 def test_an_objective_of_steps() -> None:
     """Value and gradient as ``scipy.optimize`` takes them."""
     target = nsspice.objective(nsspice.read(BUCK + ".options method=sdirk\n"), "mean", ["duty"])
