@@ -82,3 +82,27 @@ def test_beside_a_jump_both_of_its_sides_are_right():
         time, lam = np.ones(1), np.zeros((1, mna.system.m))
         check.take_points(Records(time, np.inf * time, z, z, lam, u, u, None))
         assert (check.error == 0.0) == right
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_at_a_kink_rounding_may_be_on_either_side(sign):
+    """+-1000 |v(a)| at v(a) = 0 V, after 1 V: v(a) is known to 64 units of its largest value.
+
+    The pair that carries |v(a)| may be as much below zero as a voltage above it would lift it.
+    """
+    mna = (
+        nsspice.read(f"kink\nV1 a 0 1\nB1 b 0 V={{{1000 * sign}*abs(v(a))}}\n")
+        .islands[0]
+        .assemble(27.0)
+    )
+    (stated,), known = mna.layout.stated, 64.0 * np.finfo(float).eps
+    ((inner, slope),) = stated.value.z
+    assert slope == 1000.0 * sign
+    for off, right in ((0.9, True), (-0.9, True), (1.1, False), (-1.1, False)):
+        z = np.zeros((2, mna.system.n))
+        z[0, [mna.layout.nodes["a"], inner]] = 1.0
+        z[1, inner] = off * known
+        u, lam = np.zeros((2, len(mna.system.waveforms))), np.zeros((2, mna.system.m))
+        check, time = ExpressionCheck(mna), np.array([1.0, 2.0])
+        check.take_points(Records(time, np.inf * time, z, z, lam, u, u, None))
+        assert (check.error == 0.0) == right

@@ -8,6 +8,7 @@ from __future__ import annotations
 import pytest
 
 import nsspice
+from nsspice.analyses.static.initial import guess_of
 
 LAW = "B1 u 0 I=abs(v(u)+v(x))-abs(v(u)-v(x))-v(u)\nR1 u 0 1e12\n"
 STATIC = f"several solutions\nV1 x 0 PWL(0 1 1 2)\n{LAW}"
@@ -79,3 +80,17 @@ def test_the_voltage_named_is_that_of_the_first_instant(method: str) -> None:
     (said,) = [w.message for w in run.warnings if w.code == "NS3054"]
     assert "starts with 0.333333 V" in said
     assert not told(text.format(1 / 3) + ".tran 0.1 1 uic\n")
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
+def test_a_diode_that_nodeset_puts_near_its_threshold_begins_with_current(scale: float) -> None:
+    """A thousandth of the largest voltage counts as near, whatever that voltage is."""
+    model = f".model DM D(VFWD={scale})\n"
+    circuit = nsspice.read(
+        f"near\nR1 a 0 1\nD1 a b DM\nR2 b 0 1\n.nodeset v(a)={100 * scale}\n{model}"
+    )
+    mna = circuit.islands[0].assemble(27.0)
+    for short, conducts in ((-1.0, True), (0.05, True), (0.15, False), (2.0, False)):
+        guess = guess_of(circuit, mna, {"b": (99.0 + short) * scale})
+        assert guess is not None
+        assert (guess[1] > 0.0).tolist() == [conducts]
