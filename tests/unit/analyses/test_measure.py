@@ -72,7 +72,8 @@ def test_expressions_of_signals(solution):
     power = measure(solution, "avg", expression=X("v(a)*i(r1)"), start=0.0, stop=PERIOD)
     assert power == pytest.approx(1.5e-3, rel=1e-6)
     # between rows there are lines: chords of the circle, 1e4 in a turn
-    radius = measure(solution, "pp", expression=X("sqrt(v(a)**2 + v(b)**2)"))
+    text = "sqrt(v(a)**2 + v(b)**2)"
+    radius = measure(solution, "pp", expression=X(text), start=0.0, stop=PERIOD)
     assert radius == pytest.approx(3.0 * (1.0 - np.cos(np.pi / 1e4)), rel=1e-6)
 
 

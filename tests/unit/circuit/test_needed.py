@@ -21,7 +21,7 @@ L2 d e 10u
 C2 e 0 10u
 R2 e 0 1
 .model sw SW(VT=5)
-.tran 10u 5m
+.tran 10u 1m
 """
 #: a bus that feeds two converters, a controller with a buffer, a measurement filter behind one
 SHARED = """bus
