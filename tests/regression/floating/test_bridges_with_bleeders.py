@@ -36,7 +36,7 @@ def bridges(count: int) -> str:
     return "\n".join(lines)
 
 
-@pytest.mark.parametrize("count", [3, 5])
+@pytest.mark.parametrize("count", [3, pytest.param(5, marks=pytest.mark.soak)])
 def test_the_balance_of_energy_holds_and_both_engines_agree(count: int) -> None:
     circuit = nsspice.read(bridges(count))
     exact = nsspice.tran(circuit, method="modewise")
@@ -49,7 +49,10 @@ def test_the_balance_of_energy_holds_and_both_engines_agree(count: int) -> None:
             assert gap.mean() < 3.0 * RELTOL * np.ptp(exact[name]), name
 
 
-@pytest.mark.parametrize(("stop", "uic"), [(44e-3, True), (52e-3, True), (60e-3, False)])
+@pytest.mark.parametrize(
+    ("stop", "uic"),
+    [(44e-3, True), pytest.param(52e-3, True, marks=pytest.mark.soak), (60e-3, False)],
+)
 def test_the_current_of_a_coil_finds_its_end_in_short_steps(stop: float, uic: bool) -> None:
     """Beside 2.6e9 A (470 uF, 566 V, 0.1 ns) 37 mA through one diode alone went unseen.
 

@@ -34,7 +34,7 @@ def pump(stages: int) -> str:
     )
 
 
-@pytest.mark.parametrize("stages", [8, 30])
+@pytest.mark.parametrize("stages", [8, 16, pytest.param(30, marks=pytest.mark.soak)])
 def test_long_charge_pumps_go_mode_by_mode(stages):
     circuit = nsspice.read(pump(stages))
     exact = nsspice.tran(circuit, method="modewise")
