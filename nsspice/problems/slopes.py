@@ -17,8 +17,9 @@ import numpy as np
 
 from ..dataclass import dataclass
 from .csc import Floats
+from .enclosure import INF
 from .tape import CODES, OPS, Tape
-from .univariate import INF, Law
+from .univariate import Law
 
 #: bounds of the derivative over all arguments
 _BOUNDS: dict[str, tuple[float, float]] = {

@@ -19,11 +19,11 @@ import numpy.typing as npt
 from ..dataclass import dataclass
 from .csc import Floats
 from .descriptor import DescriptorSystem
+from .enclosure import INF
 from .matrices import is_p0_matrix, is_p_matrix
 from .parallel import Parallels, parallels
 from .regularity import ZERO, inverses
 from .slopes import shapes
-from .univariate import INF
 from .verdict import Verdict, Witness
 
 CLAIM = "at most one solution"

@@ -16,9 +16,10 @@ import numpy.typing as npt
 
 from ..dataclass import dataclass
 from .csc import Floats
-from .tape import OPS, Tape
+from .enclosure import INF, Enclosure, enclosed
+from .tape import OPS, WITH_CONSTANTS, Tape
 
-INF = float("inf")
+_NONE = np.zeros(0)
 _PIECES = 2048  # pieces of a bounded interval between kinks
 _OCTAVES = 64  # pieces of an unbounded one, each twice as long as the one before
 #: enclosures are widened by so much for the rounding of their ends: 2^13 operations of u each
@@ -38,97 +39,8 @@ class Unbounded(Exception):
     """An instruction has no enclosure here."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interval:
-    """Intervals ``[low, high]``, element by element.
-
-    Examples
-    --------
-    >>> x = Interval(np.array([-1.0]), np.array([2.0]))
-    >>> y = x * x
-    >>> y.low.tolist(), x.square().low.tolist()
-    ([-2.0], [0.0])
-    """
-
-    low: Floats
-    high: Floats
-
-    @classmethod
-    def hull(cls, *ends: Floats) -> Interval:
-        """Return the least interval around some values; what is not a number is anything."""
-        low, high = np.minimum.reduce(ends), np.maximum.reduce(ends)
-        unknown = np.isnan(low) | np.isnan(high)
-        return cls(np.where(unknown, -INF, low), np.where(unknown, INF, high))
-
-    def __add__(self, other: Interval) -> Interval:
-        return Interval.hull(self.low + other.low, self.high + other.high)
-
-    def __neg__(self) -> Interval:
-        return Interval(-self.high, -self.low)
-
-    def __sub__(self, other: Interval) -> Interval:
-        return self + -other
-
-    def __mul__(self, other: Interval) -> Interval:
-        ends = [
-            # zero times anything is zero: the bounds are limits, not values
-            np.where((a == 0.0) | (b == 0.0), 0.0, a * b)
-            for a in (self.low, self.high)
-            for b in (other.low, other.high)
-        ]
-        return Interval.hull(*ends)
-
-    def inverse(self) -> Interval:
-        """Return 1/x; anything where x may be zero."""
-        zero = (self.low <= 0.0) & (self.high >= 0.0)
-        return Interval(
-            np.where(zero, -INF, 1.0 / np.where(zero, 1.0, self.high)),
-            np.where(zero, INF, 1.0 / np.where(zero, 1.0, self.low)),
-        )
-
-    def square(self) -> Interval:
-        """Return x^2."""
-        size = self.size()
-        return Interval(size.low**2, size.high**2)
-
-    def size(self) -> Interval:
-        """Return |x|."""
-        inside = (self.low <= 0.0) & (self.high >= 0.0)
-        a, b = np.abs(self.low), np.abs(self.high)
-        return Interval(np.where(inside, 0.0, np.minimum(a, b)), np.maximum(a, b))
-
-    def rising(self, function: Callable[[Floats], Floats]) -> Interval:
-        """Return a rising function."""
-        return Interval.hull(function(self.low), function(self.high))
-
-    def where(self, condition: npt.NDArray[np.bool_], other: Interval) -> Interval:
-        """Return self where a condition holds, else the other."""
-        return Interval(
-            np.where(condition, self.low, other.low), np.where(condition, self.high, other.high)
-        )
-
-
-def _constant(value: float, like: Floats) -> Interval:
-    full = np.full(like.shape, value)
-    return Interval(full, full)
-
-
-#: rising functions: value, and slope from (x, value)
-_RISING: dict[str, tuple[Callable[[Floats], Floats], Callable[[Interval, Interval], Interval]]] = {
-    "sqrt": (np.sqrt, lambda x, y: (y + y).inverse()),
-    "exp": (np.exp, lambda x, y: y),
-    "expm1": (np.expm1, lambda x, y: y + _constant(1.0, y.low)),
-    "ln": (np.log, lambda x, y: x.inverse()),
-    "log1p": (np.log1p, lambda x, y: (x + _constant(1.0, x.low)).inverse()),
-    "log10": (np.log10, lambda x, y: (x * _constant(np.log(10.0), x.low)).inverse()),
-    "atan": (np.arctan, lambda x, y: (x.square() + _constant(1.0, x.low)).inverse()),
-    "asinh": (
-        np.arcsinh,
-        lambda x, y: (x.square() + _constant(1.0, x.low)).rising(np.sqrt).inverse(),
-    ),
-    "tanh": (np.tanh, lambda x, y: _constant(1.0, y.low) - y.square()),
-    "sinh": (np.sinh, lambda x, y: x.size().rising(np.cosh)),
-}
+def _constant(value: float, like: Floats) -> Enclosure:
+    return Enclosure.of(np.full(like.shape, value))
 
 
 @dataclass(slots=True)
@@ -144,7 +56,7 @@ class Law:
 
     tape: Tape
     affine: Mapping[int, tuple[float, float]]
-    _known: dict[int, tuple[Interval, Interval]] = field(default_factory=dict)
+    _known: dict[int, tuple[Enclosure, Enclosure]] = field(default_factory=dict)
 
     def slope_bounds(self, register: int) -> tuple[float, float] | None:
         """Return bounds of the slope over all x, None where none are known."""
@@ -194,18 +106,18 @@ class Law:
 
     def _evaluated(
         self, register: int, low: Floats, high: Floats, inside: Floats
-    ) -> tuple[Interval, Interval]:
+    ) -> tuple[Enclosure, Enclosure]:
         """Return enclosures of value and slope on pieces; `inside` says on which side of kinks."""
         self._known.clear()
         with np.errstate(all="ignore"):
-            return self._at(register, Interval(low, high), inside)
+            return self._at(register, Enclosure(low, high), inside)
 
-    def _at(self, r: int, x: Interval, inside: Floats) -> tuple[Interval, Interval]:
+    def _at(self, r: int, x: Enclosure, inside: Floats) -> tuple[Enclosure, Enclosure]:
         if r not in self._known:
             self._known[r] = self._compute(r, x, inside)
         return self._known[r]
 
-    def _compute(self, r: int, x: Interval, inside: Floats) -> tuple[Interval, Interval]:
+    def _compute(self, r: int, x: Enclosure, inside: Floats) -> tuple[Enclosure, Enclosure]:
         if r in self.affine:
             factor, offset = self.affine[r]
             slope = _constant(factor, x.low)
@@ -234,32 +146,26 @@ class Law:
         parts = [self._at(a, x, inside) for a in args[: OPS[name]]]
         if name in ("min", "max", "abs", "uramp", "u2"):
             return self._kinked(name, args, parts, inside)
-        v, dv = parts[0]
-        if len(parts) == 2:
-            return _binary(name, (v, dv), parts[1], args[0] == args[1])
-        if name == "neg":
-            return -v, -dv
-        if name == "inv":
-            return v.inverse(), -(dv * v.square().inverse())
-        if name == "square":
+        (v, dv), (w, dw) = parts[0], parts[-1]
+        if name == "mul" and args[0] == args[1]:
             return v.square(), (v + v) * dv
-        if name in _RISING:
-            function, derivative = _RISING[name]
-            y = v.rising(function)
-            return y, derivative(v, y) * dv
-        if name in ("sin", "cos"):
-            return _wave(name, v, dv)
-        if name == "junction":
-            current, unit = self.tape.constants[args[1] : args[1] + 2]
-            scaled = v * _constant(1.0 / unit, v.low)
-            grown = scaled.rising(np.expm1)
-            slope_of = (grown + _constant(1.0, v.low)) * _constant(current / unit, v.low)
-            return grown * _constant(float(current), v.low), slope_of * dv
-        raise Unbounded(name)
+        if name in ("pow", "pwr") and len(parts) == 2 and np.any(dw.high):
+            raise Unbounded("an exponent that varies")
+        constants = self.tape.constants[args[1] :] if name in WITH_CONSTANTS else _NONE
+        found = enclosed(name, [value for value, _ in parts], constants)
+        if found is None:
+            raise Unbounded(name)
+        value, partials = found
+        if name == "div":  # what both slopes share is taken once
+            return value, (dv - value * dw) * partials[0]
+        slope = zero
+        for partial, (_, inner) in zip(partials, parts, strict=True):
+            slope = slope + partial * inner
+        return value, slope
 
     def _branch(
-        self, r: int, x: Interval, inside: Floats, wanted: npt.NDArray[np.bool_]
-    ) -> tuple[Interval, Interval]:
+        self, r: int, x: Enclosure, inside: Floats, wanted: npt.NDArray[np.bool_]
+    ) -> tuple[Enclosure, Enclosure]:
         """Return a branch of a conditional, which counts only where it is taken."""
         if not wanted.any():
             zero = _constant(0.0, x.low)
@@ -277,9 +183,9 @@ class Law:
         self,
         name: str,
         args: list[int],
-        parts: list[tuple[Interval, Interval]],
+        parts: list[tuple[Enclosure, Enclosure]],
         inside: Floats,
-    ) -> tuple[Interval, Interval]:
+    ) -> tuple[Enclosure, Enclosure]:
         """Minimum, maximum and what is made of them."""
         v, dv = parts[0]
         zero = _constant(0.0, v.low)
@@ -289,7 +195,7 @@ class Law:
                 s = self._sample(args[0], inside)
                 below, above = s < 0.0, s > 1.0
             inner = v.rising(lambda a: np.clip(a, 0.0, 1.0))
-            slope = Interval.hull(zero.low, dv.low, dv.high)
+            slope = Enclosure.hull(zero.low, dv.low, dv.high)
             if args[0] in self.affine:
                 slope = dv
             return inner, zero.where(below | above, slope)
@@ -298,7 +204,7 @@ class Law:
             other = (-v, -dv)
         w, dw = other
         pick = np.minimum if name == "min" else np.maximum
-        value = Interval(pick(v.low, w.low), pick(v.high, w.high))
+        value = Enclosure(pick(v.low, w.low), pick(v.high, w.high))
         second = args[1] if len(parts) == 2 else None
         if args[0] in self.affine and (second is None or second in self.affine):
             a = self._sample(args[0], inside)
@@ -314,7 +220,7 @@ class Law:
         first, last = (v.high <= w.low, w.high <= v.low)
         if name != "min":
             first, last = last, first
-        both = Interval.hull(dv.low, dv.high, dw.low, dw.high)
+        both = Enclosure.hull(dv.low, dv.high, dw.low, dw.high)
         return value, dv.where(first, dw.where(last, both))
 
     def _kinks(self, register: int) -> set[float]:
@@ -346,61 +252,9 @@ class Law:
         return found
 
 
-def _truth(held: npt.NDArray[np.bool_]) -> Interval:
+def _truth(held: npt.NDArray[np.bool_]) -> Enclosure:
     values = held.astype(np.float64)
-    return Interval(values, values)
+    return Enclosure(values, values)
 
 
-def _binary(
-    name: str, first: tuple[Interval, Interval], second: tuple[Interval, Interval], same: bool
-) -> tuple[Interval, Interval]:
-    (v, dv), (w, dw) = first, second
-    if name == "add":
-        return v + w, dv + dw
-    if name == "sub":
-        return v - w, dv - dw
-    if name == "mul":
-        return (v.square(), (v + v) * dv) if same else (v * w, dv * w + v * dw)
-    if name == "div":
-        inverse = w.inverse()
-        value = v * inverse
-        return value, (dv - value * dw) * inverse
-    if name in ("pow", "pwr") and np.all(w.low == w.high) and not np.any(dw.high):
-        exponent = float(w.low[0])
-        if exponent == 0.0:
-            return _constant(1.0, v.low), _constant(0.0, v.low)
-        if name == "pwr" or not float(exponent).is_integer():
-            if name == "pow" and np.any(v.low < 0.0):
-                raise Unbounded("a root below zero")
-            power = v.rising(lambda a: np.sign(a) * np.abs(a) ** exponent)
-            rate = v.size().rising(lambda a: a ** (exponent - 1.0))
-            return power, rate * _constant(exponent, v.low) * dv
-        return _whole(v, int(exponent)), _whole(v, int(exponent) - 1) * _constant(
-            exponent, v.low
-        ) * dv
-    raise Unbounded(name)
-
-
-def _whole(v: Interval, exponent: int) -> Interval:
-    """Return a whole power."""
-    if exponent < 0:
-        return _whole(v, -exponent).inverse()
-    if exponent % 2:
-        return v.rising(lambda a: a**exponent)
-    return v.size().rising(lambda a: a**exponent)
-
-
-def _wave(name: str, v: Interval, dv: Interval) -> tuple[Interval, Interval]:
-    """Sine and cosine: by their middle, as far as half the width lets them move."""
-    half = 0.5 * (v.high - v.low)
-    middle = np.where(np.isfinite(half), 0.5 * (v.low + v.high), 0.0)
-
-    def around(values: Floats) -> Interval:
-        reach = np.where(np.isfinite(half), half, 2.0)
-        return Interval(np.maximum(values - reach, -1.0), np.minimum(values + reach, 1.0))
-
-    sine, cosine = around(np.sin(middle)), around(np.cos(middle))
-    return (sine, cosine * dv) if name == "sin" else (cosine, -sine * dv)
-
-
-__all__ = ["Interval", "Law", "Unbounded"]
+__all__ = ["Law", "Unbounded"]

@@ -9,6 +9,7 @@ import pytest
 
 from nsspice.problems import TapeBuilder
 from nsspice.problems.intervals import bounds
+from nsspice.problems.slopes import shapes
 from nsspice.solvers.moreau import function_slopes, function_values
 
 ONE = (
@@ -68,6 +69,53 @@ def test_bounds_enclose(seed):
     wide = 1e-11 * (1.0 + np.abs(slopes[fine]).max(initial=0.0))
     assert np.all(slopes[fine] >= found.low[0, :2] - wide)
     assert np.all(slopes[fine] <= found.high[0, :2] + wide)
+
+
+CARRYING = {
+    "junction": (1e-3, 0.5),
+    "body": (0.6, 0.5),
+    "softplus": (0.1, 1.0),
+    "table": (4.0, -1.0, 0.0, 0.0, 2.0, 1.0, 1.0, 2.5, 1.5),
+}
+POWERS = [("pow", k) for k in (-2.0, -1.0, -0.5, 0.0, 0.5, 1.5, 2.0, 3.0)]
+POWERS += [("pwr", k) for k in (-2.0, -0.5, 0.5, 2.0, 3.0)]
+
+
+@pytest.mark.parametrize(("low", "high"), [(-1.7, -0.2), (0.1, 1.3), (0.9, 2.9), (-0.4, 0.6)])
+@pytest.mark.parametrize("name", [*CARRYING, *POWERS], ids=str)
+def test_curves_and_powers(name, low, high):
+    """At samples neither values nor slopes of the core leave the bounds."""
+    tape = TapeBuilder()
+    x = tape.unknown(0)
+    if isinstance(name, tuple):
+        tape.output(tape.op(name[0], x, tape.constant(name[1])))
+    else:
+        tape.output(tape.op(name, x, constants=CARRYING[name]))
+    built = tape.finish()
+    found = bounds(built, [(low, high)])
+    points = np.linspace(low, high, 41)[:, None]
+    none, time = np.zeros((41, 0)), np.zeros(41)
+    with np.errstate(all="ignore"):
+        values = function_values(built, points, none, time)[:, 0]
+        slopes = function_slopes(built, points, none, time)[:, 0, 0]
+    # rounding of a power, a few units
+    for seen, (least, most) in ((values, found.values[0]), (slopes, (found.low, found.high))):
+        seen = seen[np.isfinite(seen)]
+        room = 1e-14 * np.abs(seen).max(initial=0.0)
+        assert np.all(seen >= np.ravel(least)[0] - room)
+        assert np.all(seen <= np.ravel(most)[0] + room)
+
+
+@pytest.mark.parametrize("exponent", [-2.0, -1.0, -0.5])
+@pytest.mark.parametrize("name", ["inv", "pow", "pwr"])
+def test_a_pole_leaves_no_bounds_of_a_slope(name, exponent):
+    """1/x falls on both sides of zero, and jumps up there: its mean slopes have either sign."""
+    tape = TapeBuilder()
+    x = tape.unknown(0)
+    arguments = [x] if name == "inv" else [x, tape.constant(exponent)]
+    tape.output(tape.op(name, *arguments))
+    (shape,), _ = shapes(tape.finish())
+    assert shape is None
 
 
 def test_unbounded_boxes_and_kinks():

@@ -9,10 +9,10 @@ from oracle.enumeration import solutions
 import nsspice
 from nsspice.circuit.regularity import dc_uniqueness
 from nsspice.problems import Cone, GeneralizedEquation, Ramp, Sign, TapeBuilder
+from nsspice.problems.enclosure import INF
 from nsspice.problems.regularity import strong_regularity
 from nsspice.problems.slopes import shapes
 from nsspice.problems.uniqueness import uniqueness
-from nsspice.problems.univariate import INF
 
 
 def minors_positive(matrix):
