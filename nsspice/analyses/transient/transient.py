@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
-from ...circuit.dependencies import Skipped, needed
 from ...dataclass import dataclass
-from ...errors import Diagnostic, NumericalError, UsageError
+from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck, TranCard
-from ..certificate.certificate import Certificate
-from ..certificate.hidden_motion import OutputPoints
-from ..certificate.huge_currents import huge_currents
-from ..certificate.left_lines import left_lines
-from ..certificate.node_reach import NodeReach
-from ..certificate.written_rows import WrittenRows, conditions_of
 from ..request.cards import Tran
-from ..request.interrupts import Interrupts
 from ..request.load import again, need_circuit
 from ..request.measured_signals import Watched
 from ..request.notebook_progress import Progress
-from ..request.recorder import Recorder
 from ..request.request import Request, named_controllers
 from ..request.restart_state import Beginning
-from ..request.row_sinks import GrowingStore, Sink, Store
+from ..request.row_sinks import Sink
 from ..request.settings import Settings
 from ..request.values import checked_values
-from ..signals.curve import Floats
-from ..signals.events import Events
-from ..solution.default_signals import view_of
 from ..solution.recording import Recording
 from ..solution.refusal import check_on_failure, judge
-from ..solution.solution import FinePoints, Solution
-from .advance import Outlet, advance_all
+from ..solution.solution import Solution
 from .blocks import split
-from .handover_to_steps import Race
-from .island_runner import IslandRunner
-from .row_checks import copies_of, limits, unwatched, violations
+from .transient_run import TransientRun
 
 if TYPE_CHECKING:
     from ..averages.integrals import Integrals
@@ -223,226 +206,24 @@ def run_tran(
     which islands begin, where they are given; sources that repeat are continued into the past if
     they are ``periodic_sources``.  ``controllers`` are those of an orbit, with their ``memory``.
     """
-    begin = clock.perf_counter()
-    analysis = analysis.bounded(settings.max_step)
-    if controllers is None:
-        controllers = request.all_controllers(circuit)
-    delays = None
-    if circuit.deck.delays:
-        from .delays import Delays
-
-        delays = Delays(circuit, settings.reltol)
-        analysis = analysis.bounded(delays.longest_step)
-        delays.begin(request, analysis)
-        request = replace(request, extra=(*request.extra, *delays.signals))
-    schedule = None
-    if controllers or delays is not None:
-        from .controlled import advance_controlled, started
-        from .schedule import Schedule
-
-        schedule = Schedule.of(circuit, controllers, analysis.stop, memory)
-    if schedule is not None:
-        request = schedule.wanted(request)
-    columns, names = request.names(circuit)
-    keep, all_points, sink = request.keep, request.all_points, request.sink
-    whole, skipped, asked = circuit, Skipped(), analysis
-    chosen = request.signals is not None or bool(circuit.deck.saves)
-    if chosen and not request.everything and beginnings is None:
-        measured = [] if watched is None else [part for _, part in watched.parts]
-        circuit, skipped = needed(circuit, [*names, *measured])
-        if skipped and watched is not None:
-            watched = watched.within(circuit)
-    # without points of its own between them a table may hide what happens
-    shown = (keep or sink is not None) and not all_points and request.rows
-
-    def prepare(parts: Blocks) -> tuple[Recorder, list[IslandRunner], list[Race | None]]:
-        local = watched if watched is None or not parts else watched.within(parts.circuit)
-        beside = [(link.source, link.signal) for link in parts.links]
-        recorder = Recorder(parts.circuit, names, beside)
-
-        def runner(k: int, settings: Settings) -> IslandRunner:
-            found = IslandRunner(
-                parts.circuit,
-                k,
-                parts.circuit.islands[k],
-                recorder.local[k],
-                asked,
-                settings,
-                request.temperature,
-                {
-                    **(request.values if schedule is None else schedule.values(request)),
-                    **({} if delays is None else delays.values),
-                },
-                sides=(keep or watched is not None) and not all_points,
-                watched=local,
-                all_points=all_points,
-                beginning=None if beginnings is None else beginnings[k],
-                periodic_sources=periodic_sources,
-                aliases=shown,
-                links=parts.links,
-                clock=None if schedule is None else schedule.sources.clock,
-                delayed=() if delays is None else delays.signals,
-            )
-            found.analysis = analysis
-            return found
-
-        count = len(parts.circuit.islands)
-        # what blocks hand on is in closed forms; orbits are continued as they were found
-        free = settings.method == "auto" and not settings.stepped and not parts.links
-        free = free and schedule is None
-        steps = replace(settings, method="sdirk")
-        races = [
-            Race(partial(runner, k, steps)) if free and beginnings is None else None
-            for k in range(count)
-        ]
-        return recorder, [runner(k, settings) for k in range(count)], races
-
-    judged = circuit
-    parts = Blocks(circuit)
-    if beginnings is None and not periodic_sources and schedule is None:
-        parts = split(circuit, settings, analysis, request)
-    recorder, runners, races = prepare(parts)
-    if not all(runner.drives for runner in runners):
-        parts = Blocks(circuit)
-        recorder, runners, races = prepare(parts)
-    circuit = parts.circuit
-    fewer = not (request.rows or all_points) and schedule is None
-    # steps of other engines are cut by the distance of output points
-    if fewer and all(r.method == "modewise" and r.step and not r.island.timed for r in runners):
-        analysis = analysis.thinned()
-        for runner in runners:
-            runner.analysis = analysis
-    rows = analysis.row_count
-    width = 1 + len(names)
-    store = GrowingStore(width) if keep and all_points else Store(rows if keep else 2, width)
-    if sink is not None:
-        sink.open(["time", *columns])
-    outlet = Outlet(recorder, store, sink, keep)
-    held = () if schedule is None else tuple(schedule.sources.values)
-    conditions = conditions_of(judged, analysis, request.temperature, request.values)
-    # sources that are continued into the past are not the deck's, and points of other islands are
-    # on lines between their own
-    if not periodic_sources and not (all_points and len(runners) > 1):
-        outlet.judge = WrittenRows(judged, names, conditions, held)
-    begun = list(runners)
-    if not all_points:
-        judge = outlet.judge
-        reach = NodeReach(judged.devices, conditions) if judge is None else judge.reach
-        outlet.copies = copies_of(runners, recorder, reach)
-    points = OutputPoints(columns, [r.between for r in runners if r.between is not None])
-    if shown and not keep:
-
-        def see(block: Floats) -> None:
-            for runner in runners:
-                runner.hand_over()
-            points.see(block)
-
-        outlet.watch = see
-    failure: NumericalError | None = None
-    interrupted = False
-    with Interrupts() as interrupts:
-        try:
-            if schedule is not None:
-                runners = started(schedule, lambda: prepare(parts)[1], recorder)
-                if delays is not None:
-                    delays.attend(runners, recorder)
-                between = [r.between for r in runners if r.between is not None]
-                points = OutputPoints(columns, between)
-            else:
-                for runner in runners:
-                    runner.start()
-                    interrupts.check()
-            outlet.limits = lambda: limits(runners)
-            if schedule is not None:
-                interrupted = advance_controlled(
-                    runners, schedule, outlet, analysis, request.progress, interrupts, delays
-                )
-            elif all_points:
-                from .all_points import advance_points
-
-                interrupted = advance_points(
-                    runners, outlet, analysis, request.progress, interrupts
-                )
-            else:
-                interrupted = advance_all(
-                    runners, races, outlet, rows, analysis, request.progress, interrupts
-                )
-        except KeyboardInterrupt:
-            interrupted = True
-        except NumericalError as error:
-            failure = error
-        if sink is not None and (failure is None or outlet.rows):
-            sink.close()
-    found = [runner.jumps() for runner in runners]
-    jumps = sorted((j for told, _ in found for j in told), key=lambda j: j.time)
-    table = outlet.table
-    solution = Solution(
-        "tran",
-        circuit.deck.title,
-        "time",
-        table[:, 0],
-        {name: table[:, 1 + k] for k, name in enumerate(names)},
-        columns,
-        events=Events.merged(runner.events() for runner in runners),
-        impulses=[impulse for jump in jumps for impulse in jump.impulses],
-        jumps=jumps,
-        islands=[runner.report(n) for runner, (_, n) in zip(runners, found, strict=True)],
-        certificate=Certificate.total(runner.certificate() for runner in runners)
-        .at_rows(*violations(outlet, runners, begun))
-        .without(skipped),
-        interrupted=interrupted,
-        wall_time=clock.perf_counter() - begin,
-        row_count=outlet.rows,
-        view=None if request.signals or circuit.deck.saves else view_of(circuit, "tran", columns),
-    )
-    for runner, island in zip(runners, solution.islands, strict=True):
-        solution.warnings += runner.warnings()
-        island.unwatched = unwatched(runner)
-    if (left := left_lines(solution.events)) is not None:
-        solution.warnings.append(left)
-    if shown and keep:
-        points.see(table)
-    if (hidden := points.warning()) is not None:
-        solution.warnings.append(hidden)
-    if not shown and keep:
-        points.see(table)  # all of them
-    if (huge := huge_currents(names, points.sizes)) is not None:
-        solution.warnings.append(huge)
-    if watched is not None:
-        try:
-            solution.recording = _recording(circuit, runners, recorder.local, watched)
-        except NumericalError:
-            if not keep:  # nothing else is wanted
-                raise
-    if failure is None and not interrupted and schedule is None:
+    run = TransientRun(circuit, analysis, settings, request, watched, beginnings, periodic_sources)
+    run.control(controllers, memory)
+    run.leave_out()
+    run.place_islands()
+    run.open_rows()
+    failure, interrupted = run.advance()
+    solution = run.solution(interrupted)
+    run.warn(solution)
+    run.keep_signals(solution)
+    if failure is None and not interrupted and run.schedule is None:
         # controllers have states of their own: their functions are not called again
-        same = replace(request, extra=(), everything=False, progress=None, sink=None)
-        solution.again = Rerun(whole.deck, analysis, settings, same, beginnings, periodic_sources)
-        solution.more = solution.again if keep else None
-    if keep and any(runner.sides for runner in runners):
-        solution.fine = _Fine(runners, recorder, table)
+        same = replace(run.request, extra=(), everything=False, progress=None, sink=None)
+        again = Rerun(circuit.deck, run.analysis, settings, same, beginnings, periodic_sources)
+        solution.again, solution.more = again, again if same.keep else None
     if failure is not None:
         failure.partial = solution
         raise failure
     return solution
-
-
-def _recording(
-    circuit: Circuit,
-    runners: Sequence[IslandRunner],
-    names: Sequence[Sequence[str]],
-    window: Watched,
-) -> Recording:
-    """Return what islands have recorded of the signals that are watched."""
-    followed = [tuple(n[j] for j in r.followed) for r, n in zip(runners, names, strict=True)]
-    pieces = [runner.record() for runner in runners]
-    stop, analysis = window.stop, runners[0].analysis
-    for part in pieces:
-        if part is not None:  # what is too much to be kept ends early
-            reached = float(part.end[-1])
-            late = reached < min(stop, analysis.stop) * (1.0 - 1e-9)
-            stop = reached if late else stop
-    return Recording(circuit, followed, pieces, window.start, stop)
 
 
 @dataclass(frozen=True, slots=True)
@@ -509,20 +290,3 @@ class Rerun:
             beginnings=self.beginnings,
             periodic_sources=self.periodic_sources,
         )
-
-
-class _Fine:
-    """Puts both sides of jumps, and points kept between rows, into the rows, at the first call."""
-
-    def __init__(self, runners: Sequence[IslandRunner], recorder: Recorder, table: Floats) -> None:
-        self._sides = [runner.sides or [] for runner in runners]
-        self._widths = [runner.width for runner in runners]
-        self._recorder, self._table = recorder, table
-        self._found: tuple[FinePoints | None] | None = None
-
-    def __call__(self) -> FinePoints | None:
-        if self._found is None:
-            from .all_points import with_sides
-
-            self._found = (with_sides(self._sides, self._widths, self._recorder, self._table),)
-        return self._found[0]
