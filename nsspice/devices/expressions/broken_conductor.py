@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import num, var
 from ...problems.descriptor import Functional
-from ..device import NO_VALUES, Context, Device, Edge
+from ..device import NO_VALUES, Device, Edge
 from ..diodes.characteristic import Characteristic, Decomposition
 from ..effect import Effect
 from ..outputs import scaled
@@ -23,9 +22,9 @@ from ..stamper import Layout, Stamper, Stated
 from .broken_line import ROUNDING, BrokenLine
 from .expression_nodes import InnerNodes
 from .piecewise import Limiter
+from .stand_in import StandIn
 
 if TYPE_CHECKING:
-    from ...netlist.deck import Element
     from .behavioural import Behavioural
 
 
@@ -92,7 +91,7 @@ def _parts(line: BrokenLine, first: int, last: int) -> Decomposition | None:
         return None
 
 
-class BrokenConductor(Device):
+class BrokenConductor(StandIn["Behavioural"]):
     """A current source that is a resistance, as pairs.
 
     Parameters
@@ -104,14 +103,11 @@ class BrokenConductor(Device):
     """
 
     KIND = "behavioural source"
-    late = True
-    NOISE = ()
-    __slots__ = ("conduction", "inner", "origin")
+    __slots__ = ("conduction", "inner")
 
     def __init__(self, origin: Behavioural, conduction: Conduction) -> None:
-        for name in ("name", "letter", "nodes", "ends", "controls", "span", "node_spans"):
-            setattr(self, name, getattr(origin, name))
-        self.origin, self.conduction = origin, conduction
+        super().__init__(origin)
+        self.conduction = conduction
         bounds = {ceiling: num(place) for place, ceiling in conduction.limits}
         across = var(f"v({','.join(self.ends)})")
         limiter = Limiter(f"v({self.name}#1)", across, bounds.get(False), bounds.get(True))
@@ -119,24 +115,9 @@ class BrokenConductor(Device):
         kinks = (Effect(f"a kink at {place:g} V") for place in conduction.places)
         self.effects = (*origin.effects, *kinks)
 
-    @classmethod
-    def read(cls, element: Element, context: Context) -> Device | None:
-        """Return nothing: a line is read as a source, which may be one of these."""
-        return None
-
     def written(self, pairs: bool) -> Device:
         """Return the element with its kinks as pairs, or on the tape."""
         return self if pairs else self.origin.written(False)
-
-    @property
-    def kinked(self) -> bool:
-        """Whether kinks may be pairs."""
-        return True
-
-    @property
-    def expressions(self) -> tuple[Expression, ...]:
-        """Return the expression."""
-        return self.origin.expressions
 
     @property
     def pair_count(self) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import ZERO, num, var
 from ...problems.descriptor import Functional
-from ..device import NO_VALUES, Context, Device, Edge, EdgeKind
+from ..device import NO_VALUES, Device, Edge, EdgeKind
 from ..diodes.diode_branch import Voltage
 from ..effect import Effect
 from ..outputs import plus, scaled
@@ -18,14 +18,14 @@ from ..stamper import Layout, Stamper, Stated
 from .comparators import Comparator
 from .expression_nodes import InnerNodes
 from .piecewise import Limiter, value_of
+from .stand_in import StandIn
 from .stored_curve import Layer, StoredCurve, X
 
 if TYPE_CHECKING:
-    from ...netlist.deck import Element
     from .stored import Stored
 
 
-class Layered(Device):
+class Layered(StandIn["Stored"]):
     """Base of both: a linear element, and one with two limits for each layer.
 
     Parameters
@@ -38,17 +38,14 @@ class Layered(Device):
         What its gates read.
     """
 
-    late = True
     stores_energy = True
-    NOISE = ()
-    __slots__ = ("curve", "ic", "inner", "m", "origin", "whole")
+    __slots__ = ("curve", "ic", "inner", "m", "whole")
 
     def __init__(
         self, origin: Stored, curve: StoredCurve, conditions: Sequence[Comparator] = ()
     ) -> None:
-        for name in ("name", "letter", "nodes", "ends", "controls", "span", "node_spans"):
-            setattr(self, name, getattr(origin, name))
-        self.origin, self.m, self.ic = origin, origin.m, origin.ic
+        super().__init__(origin)
+        self.m, self.ic = origin.m, origin.ic
         self.curve = curve
         self.inner = InnerNodes(self.name, conditions, origin.expression)
         #: that of all of them together
@@ -61,11 +58,6 @@ class Layered(Device):
 
     _UNIT = ""
 
-    @classmethod
-    def read(cls, element: Element, context: Context) -> Device | None:
-        """Return nothing: a line is read as a charge or a flux, which has layers."""
-        return None
-
     @abstractmethod
     def _together(self, curve: StoredCurve) -> StoredCurve:
         """Return the curve of all elements in parallel or in series."""
@@ -73,16 +65,6 @@ class Layered(Device):
     def written(self, pairs: bool) -> Device:
         """Return the element with its kinks as pairs, or on the tape."""
         return self if pairs else self.origin
-
-    @property
-    def kinked(self) -> bool:
-        """Whether kinks may be pairs."""
-        return True
-
-    @property
-    def expressions(self) -> tuple[Expression, ...]:
-        """Return the expression."""
-        return self.origin.expressions
 
     @property
     def pair_count(self) -> int:

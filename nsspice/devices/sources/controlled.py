@@ -8,6 +8,7 @@ controlling current is a linear combination of unknowns, multipliers and their d
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -70,6 +71,10 @@ class Controlled(Device):
             return None
         return cls(element, gain * given.get("m", 1.0))
 
+    @abstractmethod
+    def sensed(self, layout: Layout) -> Functional:
+        """Return the controlling voltage or current."""
+
 
 class VoltageControlled(Controlled):
     """Base of E and G."""
@@ -107,10 +112,9 @@ class CurrentControlled(Controlled):
         return Functional() if self.control is None else self.control.current(layout)
 
 
-class Vcvs(VoltageControlled):
-    """``E a b c d gain``: va - vb = gain (vc - vd)."""
+class _VoltageOutput(Controlled):
+    """Base of E and H: a voltage source with an unknown current."""
 
-    KIND = "voltage-controlled voltage source"
     shows_current = True
     __slots__ = ()
 
@@ -119,8 +123,10 @@ class Vcvs(VoltageControlled):
         return (Edge("E", *self.ends),)
 
     def stamp(self, stamper: Stamper) -> None:
-        """Write ``-(va - vb) + gain (vc - vd) = 0``."""
-        branch = stamper.branch(self.name)
+        """Write ``-(va - vb) + gain x = 0`` for what is sensed."""
+        branch = stamper.layout.branches.get(self.name)
+        if branch is None:
+            branch = stamper.branch(self.name)
         stamper.connect(branch, *self.ends)
         stamper.add(branch, self.sensed(stamper.layout), self.gain)
 
@@ -129,69 +135,54 @@ class Vcvs(VoltageControlled):
         return layout.branch(self.name)
 
 
-class Vccs(VoltageControlled):
+class _CurrentOutput(Controlled):
+    """Base of F and G: a current from a through the source to b."""
+
+    INSTANCE = _CURRENT
+    __slots__ = ()
+
+    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
+        """Return one controlled-current branch."""
+        return (Edge("G", *self.ends),)
+
+    def stamp(self, stamper: Stamper) -> None:
+        """Write the controlled current into the KCL rows."""
+        stamper.inject(*self.ends, self.sensed(stamper.layout), self.gain)
+
+    def current(self, layout: Layout) -> Functional:
+        """Return ``gain`` times what is sensed."""
+        return scaled(self.sensed(layout), self.gain)
+
+
+class Vcvs(VoltageControlled, _VoltageOutput):
+    """``E a b c d gain``: va - vb = gain (vc - vd)."""
+
+    KIND = "voltage-controlled voltage source"
+    __slots__ = ()
+
+
+class Vccs(VoltageControlled, _CurrentOutput):
     """``G a b c d gain``: the current gain (vc - vd) flows from a through the source to b."""
 
     KIND = "voltage-controlled current source"
     UNIT = "S"
-    INSTANCE = _CURRENT
     __slots__ = ()
 
-    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
-        """Return one controlled-current branch."""
-        return (Edge("G", *self.ends),)
 
-    def stamp(self, stamper: Stamper) -> None:
-        """Write the controlled current into the KCL rows."""
-        stamper.inject(*self.ends, self.sensed(stamper.layout), self.gain)
-
-    def current(self, layout: Layout) -> Functional:
-        """Return ``gain (vc - vd)``."""
-        return Functional(z=layout.voltage(self.controls[0], self.controls[1], self.gain))
-
-
-class Cccs(CurrentControlled):
+class Cccs(CurrentControlled, _CurrentOutput):
     """``F a b vname gain``: the current gain i(vname) flows from a through the source to b."""
 
     KIND = "current-controlled current source"
-    INSTANCE = _CURRENT
     __slots__ = ()
 
-    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
-        """Return one controlled-current branch."""
-        return (Edge("G", *self.ends),)
 
-    def stamp(self, stamper: Stamper) -> None:
-        """Write the controlled current into the KCL rows."""
-        stamper.inject(*self.ends, self.sensed(stamper.layout), self.gain)
-
-    def current(self, layout: Layout) -> Functional:
-        """Return ``gain`` times the controlling current."""
-        return scaled(self.sensed(layout), self.gain)
-
-
-class Ccvs(CurrentControlled):
+class Ccvs(CurrentControlled, _VoltageOutput):
     """``H a b vname r``: va - vb = r i(vname)."""
 
     KIND = "current-controlled voltage source"
     UNIT = "Ohm"
-    shows_current = True
     __slots__ = ()
-
-    def edges(self, values: Mapping[str, float] = NO_VALUES) -> tuple[Edge, ...]:
-        """Return one voltage branch."""
-        return (Edge("E", *self.ends),)
 
     def allocate(self, stamper: Stamper) -> None:
         """Reserve the current, which other sources may read."""
         stamper.branch(self.name)
-
-    def stamp(self, stamper: Stamper) -> None:
-        """Write ``-(va - vb) + r i = 0``."""
-        branch = stamper.layout.branches[self.name]
-        stamper.connect(branch, *self.ends)
-        stamper.add(branch, self.sensed(stamper.layout), self.gain)
-
-    def current(self, layout: Layout) -> Functional:
-        """Return the unknown current."""
-        return layout.branch(self.name)
