@@ -63,7 +63,7 @@ def bounds(tape: Tape, box: Sequence[Interval], time: Interval = (0.0, INF)) -> 
     >>> builder = TapeBuilder()
     >>> x = builder.unknown(0)
     >>> _ = builder.output(builder.op("add", x, builder.op("atan", x)))
-    >>> found = bounds(builder.finish(), [(-math.inf, math.inf)])
+    >>> found = bounds(builder.finish(), [(-INF, INF)])
     >>> float(found.low[0, 0]), float(found.high[0, 0])
     (1.0, 2.0)
     """
