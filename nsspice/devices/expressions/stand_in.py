@@ -1,4 +1,4 @@
-"""An element that stands in for another one where the kinks of its expression may be pairs."""
+"""Elements that replace another one where the kinks of its expression may be pairs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Origin = TypeVar("Origin", bound=Device)
 
 
 class StandIn(Device, Generic[Origin]):
-    """Base of such elements; they have the names and nodes of their origin.
+    """Base of elements that replace another one, under its name and between its nodes.
 
     Parameters
     ----------

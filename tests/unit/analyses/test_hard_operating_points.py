@@ -22,7 +22,9 @@ C1 b 0 1u
 """
 
 
-MORE = [pytest.param(volts, marks=pytest.mark.soak) for volts in (8.5, 9.25, 13.25, 13.5, 13.75, 20.0)]
+MORE = [
+    pytest.param(volts, marks=pytest.mark.soak) for volts in (8.5, 9.25, 13.25, 13.5, 13.75, 20.0)
+]
 
 
 @pytest.mark.parametrize("volts", [7.25, 9.5, *MORE])
