@@ -10,7 +10,7 @@ import nsspice
 from nsspice.analyses.request.cost_hints import cost_of
 from nsspice.analyses.studies.explanation import explained, tell
 
-NETLISTS = Path(__file__).parents[3] / "netlists"
+NETLISTS = Path(__file__).parents[4] / "netlists"
 
 
 def readable(deck: Path) -> bool:

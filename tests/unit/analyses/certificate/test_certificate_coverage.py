@@ -24,7 +24,7 @@ from nsspice.solvers.moreau import Records
 #: a ball on a rigid floor: the mode in which it rests has an index above 2
 pytestmark = pytest.mark.usefixtures("runs_return")
 
-IMPACT = (Path(__file__).parents[3] / "netlists/thesis/ex414_rigid_impact.net").read_text()
+IMPACT = (Path(__file__).parents[4] / "netlists/thesis/ex414_rigid_impact.net").read_text()
 #: which of the parallel diodes carries the current is open
 OPEN = """open
 V1 a 0 SIN(0 10 50)

@@ -227,6 +227,6 @@ def test_points_of_a_long_run_stand_in_order():
 
 
 def test_points_of_a_converter_stand_in_order():
-    circuit = nsspice.read(Path(__file__).parents[3] / "netlists/converters/buck.net")
+    circuit = nsspice.read(Path(__file__).parents[4] / "netlists/converters/buck.net")
     sol = nsspice.tran(circuit, all_points=True)
     assert np.all(np.diff(sol.time) >= 0.0)
