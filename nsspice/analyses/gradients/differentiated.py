@@ -19,7 +19,7 @@ from ...netlist.deck import TranCard
 from ...problems.tape import Tape
 from ...solvers.modewise import NotModewise, refusal
 from ...solvers.orbit import NoDerivative, PeriodMap, State
-from ...solvers.shooting import finer
+from ...solvers.stepped_map import finer
 from ...solvers.stepper import UnsolvedStep
 from ..averages.integrable_run import integrals_of
 from ..averages.integrals import Integrals
