@@ -9,11 +9,9 @@ problems.  All are listed in ``docs/reference/errors.md``.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
-
-from .dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..dataclass import dataclass
 from ..devices.device import Device
 from ..devices.passive.coupling import Coupling
 from ..devices.sources.controlled import CurrentControlled

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from numbers import Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..dataclass import dataclass
 from ..devices.device import Device
 from ..devices.sources.waveform import depends_on_run
 from ..devices.stamper import AnalysisKind, Conditions

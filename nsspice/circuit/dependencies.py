@@ -9,8 +9,8 @@ they feed, as long as nobody asks for their currents.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
-from ..dataclass import dataclass
 from ..devices.device import Device
 from ..devices.passive.coupling import Coupling
 from ..devices.sources.controlled import Ccvs, Vcvs

@@ -9,9 +9,10 @@ of switches take part in x, u, y alike, but are opened and closed by their contr
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ..dataclass import dataclass
 from ..errors import Diagnostic, RegularityError
 from ..problems.csc import Floats
 from .mna import MnaSystem

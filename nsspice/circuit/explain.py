@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ..dataclass import dataclass
 from ..devices.device import Device
 from ..errors import Diagnostic, RegularityError
 from ..problems.verdict import Verdict

@@ -14,11 +14,11 @@ and of the theta terms.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from ..devices.passive.capacitor import Capacitor
 from ..devices.passive.inductor import Inductor
 from ..errors import Diagnostic, RegularityError

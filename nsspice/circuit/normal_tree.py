@@ -12,9 +12,9 @@ R, L; within a kind in deck order, so that the result is always the same.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
-from ..dataclass import dataclass
 from ..devices.device import Device, EdgeKind
 from ..devices.stamper import Layout
 from .independence import Basis, GraphBasis, LinearBasis

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from ..dataclass import dataclass
 from ..problems.csc import Csc
 from ..problems.descriptor import DescriptorSystem
 from ..problems.feedback import undecided_switches

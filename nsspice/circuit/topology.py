@@ -10,8 +10,8 @@ redundant but consistent sources.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ..dataclass import dataclass
 from ..devices.device import Device
 from ..devices.sources.isource import CurrentSource
 from ..devices.sources.vsource import VoltageSource

@@ -10,10 +10,10 @@ like controlled voltage sources.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..dataclass import dataclass
 from ..devices.passive.coupling import Coupling
 from ..devices.passive.inductor import Inductor
 from ..problems.csc import Floats

@@ -10,7 +10,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,6 @@ from ..analyses.solution.solution import Solution
 from ..analyses.studies.batch import Job, jobs_of, of_job
 from ..analyses.transient.row_checks import joined
 from ..circuit import Circuit
-from ..dataclass import dataclass
 from ..errors import Diagnostic, OutputError, UsageError
 from ..netlist.deck import TranCard
 from ..output.atomic_write import whole

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,6 @@ from ..analyses.signals.curve import Curve
 from ..analyses.signals.signal_names import canonical
 from ..analyses.solution.solution import Solution
 from ..analyses.solution.window_statistics import NotFound, bounds, statistic, value_at
-from ..dataclass import dataclass
 from ..errors import NsspiceError, suggest
 from ..netlist.expressions.expression import Expression
 from .norms import distance

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..dataclass import dataclass
 from ..errors import NsspiceError
 from .checks import ImpulseCheck, Outcome, followed_by, signals_of
 from .expectation import Expectation, Refusal, read_expectation

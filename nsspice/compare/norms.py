@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..analyses.signals.curve import Curve, Floats
-from ..dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

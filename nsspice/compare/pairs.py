@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from ..analyses.signals.curve import Curve
 from ..analyses.signals.signal_names import canonical
 from ..analyses.solution.solution import Solution
 from ..circuit import Circuit
-from ..dataclass import dataclass
 from ..errors import Diagnostic, NetlistError, UsageError
 from .norms import Distance, distance
 from .reference import Table

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..analyses.signals.curve import Curve, Floats
-from ..dataclass import dataclass
 from ..errors import Diagnostic, OutputError, UsageError, suggest
 
 

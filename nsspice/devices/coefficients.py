@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..dataclass import dataclass
 from ..netlist.findings import Findings
 from .effect import Effect
 from .parameter import Parameter

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from ..dataclass import dataclass
 from ..errors import suggest
 from ..netlist.expressions.functions import no_temperature
 from ..netlist.findings import Findings

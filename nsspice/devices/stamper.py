@@ -9,10 +9,9 @@ currents, voltages and charges on one tape and say in which rows they enter.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from ..dataclass import dataclass
 from ..problems.descriptor import Functional, Switch, Waveform
 from ..problems.elements import TwoTerminal
 from ..problems.tape import TapeBuilder

@@ -9,11 +9,10 @@ each start of the program.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from ..dataclass import dataclass
 from ..errors import Diagnostic, Span
 from .expressions.expression import Expression
 

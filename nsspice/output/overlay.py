@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from ..analyses.signals.signal_names import unit
 from ..analyses.solution.plot_points import drawn
-from ..dataclass import dataclass
 from ..errors import Diagnostic, UsageError
 from .bode import draw_bode
 from .chosen import axis_limits, limits, moves

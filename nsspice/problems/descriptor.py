@@ -11,14 +11,13 @@ and B = A', so that each implicit step is a monotone mixed linear complementarit
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Csc, Floats
 from .elements import Elements
 from .passivity import passive

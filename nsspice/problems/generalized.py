@@ -5,11 +5,10 @@ F is a product of maximal monotone graphs of one component each, written as comp
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..dataclass import dataclass
 from .csc import Csc
 from .descriptor import DescriptorSystem, SmoothTerms
 from .tape import Tape

@@ -10,10 +10,10 @@ Bounds are right to the rounding of their terms, to which the verdicts on matric
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .domain import gap
 from .enclosure import INF, Enclosure, enclosed

@@ -9,11 +9,10 @@ switch with a diode across it.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..dataclass import dataclass
 from .descriptor import DescriptorSystem
 
 _DIGITS = 12  # of directions that count as one

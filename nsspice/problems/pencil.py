@@ -12,12 +12,11 @@ Linear Algebra Appl. 27 (1979) 103, doi:10.1016/0024-3795(79)90035-1; G. W. Stew
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-
-from ..dataclass import dataclass
 
 Matrix = npt.NDArray[np.float64]
 Complexes = npt.NDArray[np.complex128]

@@ -18,11 +18,11 @@ Differentiable Equations* (2012), section 2.3.
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .descriptor import DescriptorSystem
 from .regularity import CLAIM, Regularity, index_sets, inverses

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .descriptor import DescriptorSystem
 from .matrices import is_p_matrix

@@ -11,11 +11,10 @@ form they are found by :mod:`nsspice.problems.univariate`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .enclosure import INF
 from .tape import CODES, OPS, Tape

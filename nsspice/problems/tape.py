@@ -9,11 +9,11 @@ Walther, *Evaluating Derivatives*, SIAM 2008, ch. 2-4).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Floats
 
 #: Instructions in the order of their codes, with the number of register arguments.  ``constant``

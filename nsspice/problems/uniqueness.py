@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .descriptor import DescriptorSystem
 from .enclosure import INF

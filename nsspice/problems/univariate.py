@@ -8,13 +8,12 @@ enclosed (R. E. Moore, *Interval Analysis*, 1966).  A law that jumps has slopes 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from .csc import Floats
 from .enclosure import INF, Enclosure, enclosed
 from .tape import OPS, WITH_CONSTANTS, Tape

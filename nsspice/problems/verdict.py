@@ -9,10 +9,9 @@ with a :class:`Witness`, which anybody can check without the algorithm that foun
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ..dataclass import dataclass
 from .csc import Floats
 
 

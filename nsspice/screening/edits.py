@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from ..circuit.line_settings import with_junctions
-from ..dataclass import dataclass
 from ..errors import Span
 from ..netlist.deck import Deck, Element, Model, Param
 

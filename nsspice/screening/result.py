@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ..dataclass import dataclass
 from ..netlist.deck import Deck
 from .edits import SET_VALUED, Edit
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,6 @@ import numpy.typing as npt
 from ..analyses.request.request import Request
 from ..analyses.studies.batch import jobs_of, run_job
 from ..circuit import build
-from ..dataclass import dataclass
 from ..errors import NsspiceError
 from ..netlist.deck import Deck
 from .edits import Edit, without

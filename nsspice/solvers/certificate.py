@@ -29,12 +29,12 @@ relations is also enough for a solution, so that every unsolvable problem has su
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from ..errors import Diagnostic, NumericalError
 from ..problems.csc import Csc, Floats, Ints
 

@@ -8,13 +8,13 @@ A. L. Dontchev, R. T. Rockafellar, *Implicit Functions and Solution Mappings* (S
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..dataclass import dataclass
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
 from ..problems.generalized import GeneralizedEquation

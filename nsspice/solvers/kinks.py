@@ -10,11 +10,10 @@ For each side the instruction is replaced by the one that it is there: ``abs(x)`
 from __future__ import annotations
 
 import itertools
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..dataclass import dataclass
 from ..problems.csc import Floats
 from ..problems.piecewise import Kinks
 from ..problems.slopes import shapes

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..dataclass import dataclass
 from ..problems.csc import Csc, Floats
 from .certificate import infeasibility
 from .compiled import core_matrix

@@ -15,13 +15,12 @@ analysis in engineering and economics (2015), section 3.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..dataclass import dataclass
 from ..problems.csc import Floats
 from ..problems.tape import Tape
 from .compiled import core_tape

@@ -22,13 +22,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..dataclass import dataclass
 from ..problems.csc import Csc, Floats
 from ..problems.descriptor import DescriptorSystem, Functional, Switch
 from .compiled import compiled

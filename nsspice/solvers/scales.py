@@ -7,11 +7,10 @@ algorithm to equilibrate both rows and columns norms in matrices*, RAL-TR-2001-0
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..dataclass import dataclass
 from ..problems.csc import Csc, Floats
 from .certificate import entries_of
 

@@ -12,9 +12,9 @@ Solving Ordinary Differential Equations II (1996), section IV.6 (order 4).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from .. import _core
-from ..dataclass import dataclass
 from ..problems.descriptor import DescriptorSystem, Functional
 from ..problems.passivity import passive
 from .compiled import compiled

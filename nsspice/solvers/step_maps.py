@@ -7,11 +7,11 @@ stimuli at its stages.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from ..problems.csc import Floats
 from ..problems.descriptor import Functional
 from .tangent import Slopes, Tangent

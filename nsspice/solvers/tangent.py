@@ -18,10 +18,11 @@ Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems (Springer,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from ..dataclass import dataclass
 from ..problems.csc import Floats
 from ..problems.descriptor import DescriptorSystem
 from .intervals import Intervals

@@ -17,10 +17,10 @@ from concurrent.futures import (
     ProcessPoolExecutor,
     wait,
 )
+from dataclasses import dataclass
 from multiprocessing.context import BaseContext
 from typing import Any
 
-from ..dataclass import dataclass
 from ..errors import Diagnostic, UsageError
 from ..lazy import need_library
 from .plan import Plan

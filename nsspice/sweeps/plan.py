@@ -6,13 +6,12 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from .. import __version__
 from ..analyses.request.controller import Controller
 from ..analyses.request.targets import Target
-from ..dataclass import dataclass
 from ..errors import Diagnostic, UsageError
 from ..netlist.deck import Deck, kind_of
 from ..netlist.parsing import Outline, deck_of, outline_of

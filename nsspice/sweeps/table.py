@@ -6,13 +6,12 @@ import csv
 import io
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dataclass import dataclass
 from ..errors import Diagnostic, UsageError, suggest
 from ..lazy import need_library
 from ..output.atomic_write import whole

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from ..analyses.request.load import need_circuit
 from ..analyses.request.notebook_progress import Progress
 from ..analyses.request.targets import nominal, target_of
 from ..circuit import Circuit
-from ..dataclass import dataclass
 from ..errors import Diagnostic, UsageError
 from .points import Floats, How, Points, Tolerance, corners, samples
 from .run import sweep

@@ -7,6 +7,7 @@ are none, differences do: runs of the exact engine have no error that these woul
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from ..analyses.request.load import need_circuit, read_again
 from ..analyses.studies.batch import run
 from ..analyses.studies.objective import Objective
 from ..circuit import Circuit
-from ..dataclass import dataclass
 from ..errors import Diagnostic, NsspiceError, UsageError
 from .points import Floats
 

@@ -6,7 +6,7 @@ import tempfile
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,6 @@ from ..analyses.solution.refusal import failure_of
 from ..analyses.solution.solution import Solution
 from ..analyses.studies.batch import jobs_of, run_job
 from ..circuit import Circuit, build
-from ..dataclass import dataclass
 from ..errors import NsspiceError
 from ..netlist.deck import Sweep
 from ..netlist.parsing import Outline

@@ -16,7 +16,7 @@ import pytest
 PACKAGE = Path(__file__).parents[2] / "nsspice"
 
 #: open to all
-OPEN = {"dataclass", "element_kinds", "errors", "lazy", "__version__"}
+OPEN = {"element_kinds", "errors", "lazy", "__version__"}
 
 #: folder -> the folders that it may import
 FOLDERS = {

@@ -22,11 +22,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices.heat.energy_table import EnergyTable
 from ...devices.heat.switching_loss import SwitchingLoss, switching_loss
 from ...devices.heat.thermal_network import ThermalNetwork, thermal_network

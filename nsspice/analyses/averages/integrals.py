@@ -8,13 +8,12 @@ Gauss that are exact to rounding for such sums.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...dataclass import dataclass
 from ...errors import NumericalError
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.modewise import NotModewise

@@ -8,11 +8,11 @@ cut where its angle has advanced by one radian: the formula then errs by less th
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ..signals.signal_function import Floats, Motion
 from ..signals.signal_names import canonical
 from ..signals.signal_statistics import GAUSS_POINTS, GAUSS_WEIGHTS, Cells

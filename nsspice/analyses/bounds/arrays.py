@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
 from ...circuit.build import build
 from ...circuit.mna import stamped
-from ...dataclass import dataclass
 from ...devices.stamper import Layout, Triplets
 from ...problems.descriptor import Functional, Switch, Waveform
 from ...problems.taylor import Models, Space

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...problems.descriptor import Functional
 from ...problems.taylor import Models, Unbounded
 from .flow import Piece

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ...dataclass import dataclass
 from ...problems.csc import Floats
 from ...problems.descriptor import Functional
 from ...solvers.modewise import NotModewise

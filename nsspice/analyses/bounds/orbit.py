@@ -13,11 +13,10 @@ maps a box into itself, so that there is one orbit in it, and only one, for ever
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...problems.csc import Floats
 from ...problems.descriptor import Functional
 from ...problems.taylor import Models, Space

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from ...circuit.dependencies import Skipped
-from ...dataclass import dataclass
 from .energy import Energy, worse
 from .written_rows import TOLERANCE, Violation
 

@@ -17,9 +17,8 @@ not; these sums must lead from the first stored energy of the run to the last.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
-
-from ...dataclass import dataclass
 
 _SUMS = ("stored", "delivered", "dissipated", "lost", "scheme", "turned", "steps", "of")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...problems.descriptor import DescriptorSystem
 from ..signals.curve import Floats
 from .charge_paths import unexplained

@@ -8,12 +8,11 @@ it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic
 from ...problems.descriptor import Functional
 from ...solvers.intervals import Recording

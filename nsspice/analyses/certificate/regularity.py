@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from ...circuit import MnaSystem
 from ...circuit.regularity import dc_uniqueness
-from ...dataclass import dataclass
 from ...errors import Diagnostic
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem

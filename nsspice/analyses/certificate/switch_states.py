@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...problems.csc import Floats
 from ...problems.descriptor import DescriptorSystem, Switch
 from ...problems.held_switches import held

@@ -12,10 +12,11 @@ its voltages and currents are unique but for what ``undetermined`` counts.  For 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...problems.csc import Csc, weighted_sum
 from ...problems.descriptor import DescriptorSystem
 from ...problems.passivity import MOST_ROWS

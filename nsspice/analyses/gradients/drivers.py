@@ -9,13 +9,12 @@ are shared by all parameters, so that their number is that of the rows which any
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import MnaSystem
-from ...dataclass import dataclass
 from ...problems.csc import Csc
 from ...problems.descriptor import DescriptorSystem, Functional, Waveform
 from ..steady.stimuli import NOTHING

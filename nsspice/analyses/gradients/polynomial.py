@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...netlist.expressions.expression import Expression
 
 #: of the terms of a polynomial at the points where it is compared with the expression: both are a

@@ -16,13 +16,12 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.delayed import Delayed
 from ...devices.sources.isource import CurrentSource

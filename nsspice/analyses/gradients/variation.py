@@ -10,14 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from ...circuit import Circuit, MnaSystem
 from ...circuit.build import build
 from ...circuit.mna import assemble
-from ...dataclass import dataclass
 from ...devices.stamper import Conditions, Stamper
 from ...errors import Diagnostic, NsspiceError, UsageError
 from ...netlist.deck import Cond, Deck, Measure, PssCard, TranCard

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import DcCard, OpCard, Sweep, TranCard
 from ..signals.curve import Floats

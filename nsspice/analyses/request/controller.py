@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices import CurrentSource, VoltageSource
 from .converters import Adc, Pwm, wrong
 from .recorder import select

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 
 _MOST_BITS = 52

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...netlist.deck import Measure
 from ...netlist.expressions.node import COMPLEX_FORMS
 from ..signals.signal_names import canonical

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ...circuit import Island
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck
 from ...problems.descriptor import DescriptorSystem

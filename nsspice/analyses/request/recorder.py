@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NetlistError, Span
 from ..signals.curve import Floats
 from ..signals.signal_names import canonical

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck
 from .notebook_progress import Progress

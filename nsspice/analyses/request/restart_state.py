@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...circuit import MnaSystem
-from ...dataclass import dataclass
 from ...problems.csc import Csc
 from ...problems.descriptor import Waveform
 from ...solvers.polynomial import Polynomial

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError, suggest
 from ...netlist.deck import Deck
 from .arguments import finite

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
-
-from ...dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...dataclass import dataclass
+from dataclasses import dataclass
 
 #: closed forms know a line to some 1e-13 of the signal: what is smaller is rounding
 ROUNDING = 1e-12

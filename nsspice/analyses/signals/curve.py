@@ -6,12 +6,11 @@ square, are exact.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-
-from ...dataclass import dataclass
 
 Floats = npt.NDArray[np.float64]
 Edge = Literal["rise", "fall", "cross"]

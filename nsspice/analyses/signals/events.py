@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import overload
 
 import numpy as np
 import numpy.typing as npt
-
-from ...dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

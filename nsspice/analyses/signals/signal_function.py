@@ -8,13 +8,12 @@ it is evaluated by the barycentric formula, which keeps all digits (J.-P. Berrut
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...netlist.expressions.expression import Expression
 from .signal_names import canonical
 

@@ -8,12 +8,12 @@ Extremes are zeros of derivatives, and crossings are found by the method of Illi
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from .signal_function import Pieces, Trace, basis, places, slopes
 
 Floats = npt.NDArray[np.float64]

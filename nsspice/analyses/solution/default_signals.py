@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ..request.measured_signals import measured_signals
 
 #: so many voltages or currents are shown without a choice

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ..request.recorder import Recorder
 from ..signals.signal_function import Floats, Motion, Pieces, aligned

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError, suggest
 from ...netlist.expressions.node import COMPLEX_FORMS
 from ..results.jumps import Impulse, JumpReport

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ...circuit import Circuit, Island, MnaSystem
-from ...dataclass import dataclass
 from ...errors import NumericalError
 from ...problems.descriptor import DescriptorSystem, Waveform
 from ...solvers.moreau import MoreauStepper

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NumericalError, Span, UsageError
 from ...netlist.deck import DcCard, Deck, Sweep
 from ..certificate.certificate import Certificate

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, StepError
 from ...problems.descriptor import DescriptorSystem
 from ...solvers.orbit import NoOrbit

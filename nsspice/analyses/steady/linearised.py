@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -19,7 +20,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...circuit import Circuit, Island, MnaSystem
-from ...dataclass import dataclass
 from ...devices.passive.resistor import Resistor
 from ...devices.sources.delayed import Delayed
 from ...errors import Diagnostic, NumericalError, Span, StepError, UsageError

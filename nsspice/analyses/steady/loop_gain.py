@@ -20,11 +20,11 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import LoopCard, PssCard
 from ..request.arguments import frequencies_of, name_of

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices.noise import Flicker
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import Element, NoiseCard, PssCard

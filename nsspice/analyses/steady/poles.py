@@ -9,12 +9,12 @@ output does not show, are roots of both.
 from __future__ import annotations
 
 import time as clock
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import PzCard

@@ -11,11 +11,11 @@ doi:10.1109/TMTT.1965.1125964.
 from __future__ import annotations
 
 import time as clock
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import SpCard
 from ...netlist.elements.parasitics import port_impedance

@@ -7,11 +7,11 @@ perturbation of the orbit by it is a closed form across all switchings, whose in
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...dataclass import dataclass
 from ...devices.device import Device
 from ...devices.outputs import scaled
 from ...devices.passive.capacitor import Capacitor

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit, Island, MnaSystem
-from ...dataclass import dataclass
 from ...errors import Diagnostic, Span, UsageError
 from ...netlist.deck import PssCard
 from ...problems.descriptor import DescriptorSystem

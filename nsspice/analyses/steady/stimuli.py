@@ -5,12 +5,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...circuit import Circuit, MnaSystem
-from ...dataclass import dataclass
 from ...devices.sources.isource import CurrentSource
 from ...devices.sources.vsource import VoltageSource
 from ...problems.csc import Csc

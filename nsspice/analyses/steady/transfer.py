@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices.sources.isource import CurrentSource
 from ...devices.sources.vsource import VoltageSource
 from ...errors import Diagnostic, Span, UsageError

@@ -7,14 +7,13 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...circuit import Circuit, build
 from ...circuit.blocks import Blocks
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NsspiceError, NumericalError, UsageError
 from ...lazy import resolve
 from ...netlist.alteration import altered

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NumericalError, UsageError
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import var

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...devices import CurrentSource, VoltageSource
 from ...solvers.polynomial import Polynomial
 

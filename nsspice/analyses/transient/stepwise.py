@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError, suggest
 from ..certificate.certificate import Certificate
 from ..request.cards import Tran

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from ...circuit import Circuit
 from ...circuit.blocks import Blocks
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Deck, TranCard
 from ..request.cards import Tran

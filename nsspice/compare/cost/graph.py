@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ...analyses.solution.solution import Floats, Solution
-from ...dataclass import dataclass
 
 #: instants that differ by less than this share are the same up to rounding
 _SAME = 1e-12

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from ...analyses.solution.solution import Floats, Solution
 from ...analyses.studies.refinement import junction_voltages, stored_quantities
 from ...analyses.transient.transient import run_tran
 from ...circuit import Circuit, build
-from ...dataclass import dataclass
 from ...errors import Diagnostic, StepError, UsageError
 from ...netlist.deck import TranCard
 from ...solvers.compiled import compiled

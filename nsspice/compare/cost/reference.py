@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...analyses.request.settings import Settings
 from ...analyses.solution.solution import Floats
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NumericalError, UsageError
 from .graph import Graph
 from .problem import GivenUp, Problem

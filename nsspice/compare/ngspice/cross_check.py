@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 from ...analyses.request.cards import Dc, Op, Tran
@@ -11,7 +12,6 @@ from ...analyses.signals.signal_names import unit
 from ...analyses.solution.solution import Solution
 from ...analyses.studies.batch import Job, altered_circuit, jobs_of, run_job
 from ...circuit import Circuit
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import DcCard, TranCard
 from ...output.si import number

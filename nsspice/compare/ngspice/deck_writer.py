@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...dataclass import dataclass
+from dataclasses import dataclass
+
 from ...devices.stamper import Conditions
 from ...errors import Diagnostic, UsageError
 from ...netlist.deck import Model

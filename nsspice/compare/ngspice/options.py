@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 
 #: ways to run ngspice, in the order in which they are tried

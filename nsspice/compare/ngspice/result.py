@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from ...analyses.request.cards import Dc, Op, Tran
 from ...analyses.signals.signal_names import canonical
 from ...analyses.solution.solution import Floats
-from ...dataclass import dataclass
 from ...errors import ComparisonError, Diagnostic
 from .child import is_failure
 from .raw_run import RawRun

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from ...analyses.request.cards import Dc, Op, Tran
 from ...analyses.signals.signal_names import canonical
 from ...circuit import Circuit, parse_signal, unknown_signal
 from ...circuit.build import default_conditions
-from ...dataclass import dataclass
 from ...devices.stamper import Conditions
 from ...netlist.deck import Element, Sweep
 from .deck_writer import DeckWriter, Substitute, untranslatable

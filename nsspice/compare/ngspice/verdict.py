@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ from ...analyses.request.cards import Tran
 from ...analyses.signals.curve import Curve
 from ...analyses.signals.signal_names import unit
 from ...analyses.solution.solution import Floats, Solution
-from ...dataclass import dataclass
 from ...errors import Diagnostic, UsageError
 from .options import Options
 from .result import NgspiceRun

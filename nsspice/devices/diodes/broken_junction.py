@@ -14,10 +14,10 @@ pieces there are, each mode has the same state, which is continuous where one pi
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...dataclass import dataclass
 from ...problems.descriptor import Functional
 from ..device import Context, EdgeKind
 from ..effect import Effect

@@ -9,8 +9,7 @@ branches: one conductance and, for each vertex, one complementarity pair.
 from __future__ import annotations
 
 import math
-
-from ...dataclass import dataclass
+from dataclasses import dataclass
 
 Point = tuple[float, float]
 

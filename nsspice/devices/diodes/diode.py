@@ -11,10 +11,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
-from ...dataclass import dataclass
 from ...netlist.findings import Findings
 from ..device import Context, Device, check_flags, check_model
 from ..effect import Effect

@@ -8,9 +8,9 @@ has one leg and an Ebers-Moll transistor has two.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from ...dataclass import dataclass
 from ...netlist.expressions.expression import Expression
 from ...problems.descriptor import Functional
 from ..effect import Effect

@@ -16,9 +16,9 @@ the law is smooth everywhere.  The two differ by less than 0.05 IS.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...dataclass import dataclass
 from ..effect import Effect
 from ..stamper import Conditions
 from ..temperature import CELSIUS, depletion, kelvin, saturation, thermal_voltage

@@ -7,12 +7,12 @@ or a switch that knows no resistance holds it at another voltage.  What they sen
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...netlist.expressions.expression import Expression
 from ...netlist.expressions.node import Node
 from ...problems.descriptor import Functional, Switch, Waveform

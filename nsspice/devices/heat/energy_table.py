@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
-from ...dataclass import dataclass
 from ...netlist.deck import Grid, Param
 from ...netlist.findings import Findings
 

@@ -7,9 +7,9 @@ says about it is looked up at each event.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...dataclass import dataclass
 from ...netlist.findings import Findings
 from ..parameter import Parameter
 from .energy_table import EnergyTable, energy_table

@@ -15,8 +15,8 @@ positive, :math:`S = Q \\Lambda Q^T`, it is :math:`\\tau_k = 1/\\lambda_k` and
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from ...dataclass import dataclass
 from ...netlist.deck import Grid, Param
 from ...netlist.findings import Findings
 

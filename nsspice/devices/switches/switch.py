@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ...dataclass import dataclass
 from ...netlist.findings import Findings
 from ...problems.descriptor import Functional, Switch
 from ..carrier import Carrier

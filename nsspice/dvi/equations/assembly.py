@@ -9,12 +9,11 @@ rest becomes a tape that the core evaluates and differentiates.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...devices.behaviour import Compiler
 from ...devices.waves import is_wave, wave_values, waveform_of
 from ...netlist.expressions import evaluate as _evaluate

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...netlist.expressions.node import show
 from ..terms.errors import wrong
 from ..terms.expression import Expr, as_vector

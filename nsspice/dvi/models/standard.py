@@ -8,13 +8,12 @@ the inverse of the normal cone of that interval.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...devices.behaviour import Compiler
 from ...errors import UsageError
 from ...netlist.expressions.node import num, var

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...problems.regularity import index_sets, inverses
 from ...solvers.moreau import function_slopes
 from ..equations.static import Static

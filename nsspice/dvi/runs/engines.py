@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...problems.descriptor import Functional
 from ...solvers.audit import Auditor
 from ...solvers.implicit import ImplicitStepper

@@ -25,12 +25,11 @@ B. Brogliato, *Nonsmooth Mechanics* (Springer, 2016), ch. 4.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic
 from ...netlist.expressions.derivative import derivative as _derivative
 from ...problems.csc import Csc

@@ -17,11 +17,10 @@ Reference: F. Pfeiffer, C. Glocker, *Multibody Dynamics with Unilateral Contacts
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...netlist.expressions.derivative import derivative as _derivative
 from ...solvers.stepper import Jump
 from ..equations.assembly import Model

@@ -18,12 +18,11 @@ References: J.-S. Pang, D. E. Stewart, *Differential variational inequalities*, 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...netlist.expressions import evaluate as _evaluate
 from ...netlist.expressions.node import Node, add, mul, num, var
 from ..equations.assembly import Model, Row, assemble, start_vector

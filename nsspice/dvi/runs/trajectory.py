@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,6 @@ from ...analyses.certificate.certificate import Certificate
 from ...analyses.results.jumps import Impulse
 from ...analyses.signals.events import Events
 from ...analyses.solution.solution import IslandRun, Solution
-from ...dataclass import dataclass
 from ...errors import Diagnostic
 from ..equations.assembly import Assembly, Model, assemble, start_vector
 from ..terms.errors import wrong

@@ -12,12 +12,12 @@ A second-order cone is not a polyhedron; problems over it are solved by its proj
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ...problems.generalized import Cone
 from .errors import wrong
 

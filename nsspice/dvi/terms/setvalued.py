@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ...netlist.expressions.node import show, var
 from .errors import wrong
 from .expression import Expr, as_expr, merged

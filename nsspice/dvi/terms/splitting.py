@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from ...dataclass import dataclass
 from ...devices.behaviour import linear_form
 from ...netlist.expressions.node import Node, add, mul, num
 

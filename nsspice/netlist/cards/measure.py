@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Literal
 
-from ...dataclass import dataclass
 from ...errors import Span, suggest
 from ..deck import Cond, Measure
 from ..expansion.binding import NOTHING

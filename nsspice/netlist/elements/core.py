@@ -21,9 +21,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from ...dataclass import dataclass
 from ..deck import Element, Grid, Param, Source
 from ..expressions.expression import Expression
 from ..expressions.node import call, num, var

@@ -18,11 +18,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ...dataclass import dataclass
 from ..deck import Model
 from ..findings import Unreadable
 

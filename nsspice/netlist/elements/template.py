@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from ...dataclass import dataclass
 from ...errors import Span
 from ..expressions.node import Node
 from ..text.lines import Line

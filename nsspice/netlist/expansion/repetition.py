@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ...dataclass import dataclass
 from ...errors import Span
 from ..findings import Unreadable
 

@@ -12,9 +12,9 @@ Examples
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NetlistError, Span
 from . import evaluate as _evaluate
 from .derivative import derivative as _derivative

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Container
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 from ...circuit.build import build, completed, read_devices
-from ...dataclass import dataclass
 from ...errors import Diagnostic, NetlistError, Span, UsageError
 from ...netlist.cards.options import OWN
 from ...netlist.deck import Deck, Param

@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Container, Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 
-from ...dataclass import dataclass
 from ...errors import Span
 from ...netlist.cards.control import CardReader
 from ...netlist.cards.options import OWN

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
-from ...dataclass import dataclass
 from .levels import Order, columns_of
 from .parts import GROUND, Part
 

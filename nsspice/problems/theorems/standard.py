@@ -7,12 +7,11 @@ r"""A differential variational inequality in the standard form of the theorems.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
-from ...dataclass import dataclass
 from ..csc import Floats
 from ..intervals import INF, Bounds, Interval, bounds
 from ..tape import Tape
