@@ -172,11 +172,11 @@ def read_load(reader, line, items):
 
 def test_a_new_device_is_a_class_and_a_row(monkeypatch):
     """10 V behind 1 Ohm feed 9 W: v (10 - v) = 9, of whose solutions 1 V and 9 V one is found."""
-    row = Kind("Pname n+ n- watts", f"{__name__}:read_load", "", (f"{__name__}:ConstantPower",))
-    monkeypatch.setitem(KINDS, "p", row)
-    circuit = nsspice.read("load\nV1 in 0 10\nR1 in out 1\nP1 out 0 9\n.nodeset v(out)=9\n")
+    row = Kind("Nname n+ n- watts", f"{__name__}:read_load", "", (f"{__name__}:ConstantPower",))
+    monkeypatch.setitem(KINDS, "n", row)
+    circuit = nsspice.read("load\nV1 in 0 10\nR1 in out 1\nN1 out 0 9\n.nodeset v(out)=9\n")
     solution = nsspice.op(circuit)
     v = float(solution["v(out)"][0])
     assert v * (10.0 - v) == pytest.approx(9.0, rel=1e-9)
-    assert float(solution["i(p1)"][0]) == pytest.approx(9.0 / v, rel=1e-9)
-    assert list(circuit.device("p1").noise(None, Flicker())) == []
+    assert float(solution["i(n1)"][0]) == pytest.approx(9.0 / v, rel=1e-9)
+    assert list(circuit.device("n1").noise(None, Flicker())) == []
