@@ -365,6 +365,7 @@ mod tests {
         assert_eq!([outside(0.0, 1.0 - 1e-15, 5.0), outside(0.0, 1.0 - 1e-15, 0.0)], [0.0, 5.0]);
         // 1 fs and 1 s are ramps
         assert!([1e-15, 1.0].into_iter().all(|rise| outside(rise, 1.0, 0.0) <= 0.0));
-        assert_eq!(outside(1.0, 4.0 + 1.0, 5.0), 5.0);
+        // a jump behind a ramp is one: but for what the ramp may move within the rounding of the instant
+        assert!((outside(1.0, 5.0, 5.0) - 5.0).abs() < 1e-12);
     }
 }
