@@ -192,6 +192,43 @@ impl Described {
 }
 
 impl Described {
+    /// The instants within a span at which the waveform jumps, as far as they are no more than `most`.
+    pub(super) fn jumps_within(&self, [from, to]: [f64; 2], most: usize, out: &mut Vec<f64>) {
+        let mut repeated = |first: f64, period: f64, count: f64| {
+            let laps = if period.is_finite() && period > 0.0 { period } else { f64::INFINITY };
+            let mut lap = ((from - first) / laps).ceil().max(0.0);
+            while lap < count && out.len() < most {
+                let at = if lap > 0.0 { first + lap * laps } else { first };
+                if at > to || at.is_nan() {
+                    break;
+                }
+                if at >= from {
+                    out.push(at);
+                }
+                lap += 1.0;
+            }
+        };
+        match &self.shape {
+            Shape::Pulse([_, _, delay, rise, fall, width, period, count]) => {
+                if *rise <= 0.0 {
+                    repeated(*delay, *period, *count);
+                }
+                if *fall <= 0.0 {
+                    repeated(delay + rise + width, *period, *count);
+                }
+            }
+            Shape::Lines(times, _, repeat) => {
+                let end = times.last().copied().unwrap_or(0.0);
+                for at in times.windows(2).filter(|pair| pair[0] == pair[1]).map(|pair| pair[0]) {
+                    let again = repeat.is_finite() && end > *repeat && at > *repeat;
+                    let period = if again { end - repeat } else { f64::INFINITY };
+                    repeated(at, period, f64::INFINITY);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// The value right after an instant at which the waveform jumps, and how much it may change there otherwise.
     ///
     /// The instant may be off by half of what engines take for one: what is further away may be another.
@@ -351,6 +388,27 @@ mod tests {
         assert_eq!(error(1.0 + 1e-9, 0.0), (1.0, Some(0)));
         assert_eq!(error(2.0, 5.0 + 5e-6).1, Some(0));
         assert!(error(2.0, f64::NAN).0.is_nan());
+    }
+
+    #[test]
+    fn jumps_are_listed_lap_by_lap() {
+        let within = |kind: &str, values: &[f64], repeat: f64, span: [f64; 2]| {
+            let mut found = Vec::new();
+            let described = Described::new(kind, values, repeat, 1.0).unwrap();
+            described.jumps_within(span, 9, &mut found);
+            found.sort_by(f64::total_cmp);
+            found
+        };
+        let never = f64::INFINITY;
+        let pulse = [0.0, 5.0, 1.0, 0.0, 0.0, 3.0, 10.0, never];
+        assert_eq!(within("pulse", &pulse, f64::NAN, [0.5, 14.5]), [1.0, 4.0, 11.0, 14.0]);
+        let once = [0.0, 5.0, 1.0, 0.0, 2.0, 3.0, 10.0, 1.0];
+        assert_eq!(within("pulse", &once, f64::NAN, [0.0, 50.0]), [1.0]);
+        let step = [0.0, 5.0, 1.0, 0.0, 0.0, never, never, never];
+        assert_eq!(within("pulse", &step, f64::NAN, [0.0, 50.0]), [1.0]);
+        let lines = [0.0, 1.0, 2.0, 1.0, 2.0, 3.0, 4.0, 1.0];
+        assert_eq!(within("pwl", &lines, 0.0, [1.0, 11.0]), [2.0, 6.0, 10.0]);
+        assert_eq!(within("pwl", &lines, f64::NAN, [1.0, 11.0]), [2.0]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::block::Block;
 use super::{Size, Terms, Unit, Work, Worst};
 use crate::audit::{ratio, worse, Described};
+use crate::waveform::INSTANT;
 
 /// One row of so many is compared with waveforms that change: prime to how many rows a period may have.
 const EVERY: u64 = 13;
@@ -18,6 +19,8 @@ pub struct Source {
     time: f64,
     largest: f64,
     potential: f64,
+    /// instants at which some waveform jumps
+    jumps: Vec<f64>,
 }
 
 impl Source {
@@ -34,6 +37,7 @@ impl Source {
             time: 0.0,
             largest: 0.0,
             potential: 0.0,
+            jumps: Vec::new(),
         }
     }
 
@@ -51,12 +55,28 @@ impl Source {
             }
             return;
         }
+        // of two rows at an instant the first may show what was before
+        let last = |k: usize| times.get(k + 1).is_some_and(|next| *next != times[k]);
         let first = (EVERY - before % EVERY) % EVERY;
         for k in (first as usize..times.len()).step_by(EVERY as usize) {
-            // of two rows at an instant the first may show what was before
-            let last = times.get(k + 1).is_some_and(|next| *next != times[k]);
-            self.look(times[k], sums[k], last);
+            self.look(times[k], sums[k], last(k));
         }
+        // and those at jumps
+        let mut jumps = std::mem::take(&mut self.jumps);
+        jumps.clear();
+        if let (Some(begin), Some(end)) = (times.first(), times.last()) {
+            for waveform in &self.waveforms {
+                waveform.jumps_within([*begin, *end], times.len(), &mut jumps);
+            }
+        }
+        for jump in &jumps {
+            let near = INSTANT * jump.abs();
+            let first = times.partition_point(|t| *t < jump - near);
+            for k in (first..times.len()).take_while(|k| times[*k] <= jump + near) {
+                self.look(times[k], sums[k], last(k));
+            }
+        }
+        self.jumps = jumps;
     }
 
     /// Compares one value with the waveforms; `last` of those at an instant it shows what the run goes on with.
