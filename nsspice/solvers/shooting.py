@@ -46,7 +46,8 @@ _MORE = (16, 64, 256, 1024)
 _STEADY = 1e-2  # relative change of the residual over 64 periods below which it is a drift
 _SLOWER = 0.3  # reduction of the residual by a step below which old directions serve again
 _SHORTER = 0.25  # parts of a step that are tried one after the other
-_PARTS = 5
+_SHORTEST = _SHORTER**4
+_NEARER = 0.9  # part of a residual that a whole step may leave
 _LEAPS = 3  # of one search
 _BISECTIONS = 7  # between two orders of events
 _FINDS = 24  # between always on and always off
@@ -195,7 +196,9 @@ class _Search:
             if across is not None:
                 y, end = across
                 continue
-            y, end, after = self._damped(y, end, step, now, quiet)
+            # the whole step has been tried where the derivative is known
+            longest = 1.0 if phi is None or quiet else _SHORTER
+            y, end, after = self._damped(y, end, step, now, quiet, longest)
             if math.isinf(after) and leaps < _LEAPS:
                 # a period changes this state by the same amount again and again
                 leaps += 1
@@ -224,15 +227,16 @@ class _Search:
     def _across(self, y: Floats, step: Floats, now: float) -> tuple[Floats, Floats] | None:
         """Return a point along a step, and its end: just beyond where the order of events changes.
 
-        The whole step if it leads nearer; None if the order stays.
+        The whole step if it leads nearer; None if the order stays, or laws have no solution there.
         """
         here, low, high = self.period, 0.0, 1.0
         assert here is not None
         try:
             found, end, there = self._tried(y + step)
-            if np.linalg.norm(end - found) <= 0.5 * now:
+            left, alike = float(np.linalg.norm(end - found)), there.alike(here)
+            if left <= 0.5 * now or (alike and left <= _NEARER * now):
                 return found, end
-            if there.alike(here):
+            if alike:
                 return None
             for k in range(_FINDS):
                 if k >= _BISECTIONS and (here.events or there.events):
@@ -290,11 +294,13 @@ class _Search:
         return np.asarray(start + float(periods.min()) * drift)
 
     def _damped(
-        self, y: Floats, end: Floats, step: Floats, now: float, quiet: bool
+        self, y: Floats, end: Floats, step: Floats, now: float, quiet: bool, share: float
     ) -> tuple[Floats, Floats, float]:
-        """Return a point along a step from which a period changes less, and what it leads to."""
-        share = 1.0
-        for _ in range(_PARTS):
+        """Return a point along a step, of which a ``share`` is the longest part that is tried.
+
+        A period changes it less; where that leads comes with it.
+        """
+        while share >= _SHORTEST:
             trial = y + share * step
             try:
                 after = self.image(trial)
@@ -302,7 +308,7 @@ class _Search:
                 share *= _SHORTER
                 continue
             left = float(np.linalg.norm(after - trial))
-            if quiet or left <= (1.0 - 0.1 * share) * now:
+            if quiet or left <= (1.0 - (1.0 - _NEARER) * share) * now:
                 return trial, after, left
             share *= _SHORTER
         return end, self.image(end), math.inf  # no descent: where the run itself leads
