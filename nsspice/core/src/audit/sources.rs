@@ -52,6 +52,11 @@ fn edge(t: f64, begin: f64, length: f64) -> f64 {
     }
 }
 
+/// By how much engines may know an instant otherwise.
+pub(super) fn known(t: f64) -> f64 {
+    INSTANT * t.abs() + f64::MIN_POSITIVE
+}
+
 impl Shape {
     /// The largest slope between jumps of waveforms that may jump.
     fn steepest(&self) -> Option<f64> {
@@ -177,7 +182,7 @@ impl Described {
 
     /// How far a value is from those around an instant.
     pub(super) fn outside(&self, t: f64, found: f64) -> f64 {
-        let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
+        let known = known(t);
         let around = [self.before(t, known), self.value(t), self.value(t + known)];
         let low = around.iter().fold(f64::INFINITY, |a, v| a.min(*v));
         let high = around.iter().fold(f64::NEG_INFINITY, |a, v| a.max(*v));
@@ -233,7 +238,7 @@ impl Described {
     ///
     /// The instant may be off by half of what engines take for one: what is further away may be another.
     fn after_jump(&self, t: f64) -> Option<[f64; 2]> {
-        let near = 0.5 * INSTANT * t.abs() + f64::MIN_POSITIVE;
+        let near = 0.5 * known(t);
         let drift = self.steepest? * 2.0 * near;
         let after = self.value(t + near);
         ((after - self.value(t - near)).abs() > 2.0 * drift).then_some([after, drift])
@@ -249,7 +254,7 @@ impl Described {
 
     /// How much it changes within the rounding of an instant.
     pub(super) fn swing(&self, t: f64) -> f64 {
-        let known = INSTANT * t.abs() + f64::MIN_POSITIVE;
+        let known = known(t);
         let (before, now, after) = (self.before(t, known), self.value(t), self.value(t + known));
         (now - before).abs() + (after - now).abs()
     }

@@ -2,8 +2,8 @@
 
 use super::block::Block;
 use super::{Size, Terms, Unit, Work, Worst};
+use crate::audit::sources::known;
 use crate::audit::{ratio, worse, Described};
-use crate::waveform::INSTANT;
 
 /// One row of so many is compared with waveforms that change: prime to how many rows a period may have.
 const EVERY: u64 = 13;
@@ -66,11 +66,15 @@ impl Source {
         jumps.clear();
         if let (Some(begin), Some(end)) = (times.first(), times.last()) {
             for waveform in &self.waveforms {
-                waveform.jumps_within([*begin, *end], times.len(), &mut jumps);
+                waveform.jumps_within(
+                    [begin - known(*begin), end + known(*end)],
+                    times.len(),
+                    &mut jumps,
+                );
             }
         }
         for jump in &jumps {
-            let near = INSTANT * jump.abs();
+            let near = known(*jump);
             let first = times.partition_point(|t| *t < jump - near);
             for k in (first..times.len()).take_while(|k| times[*k] <= jump + near) {
                 self.look(times[k], sums[k], last(k));
